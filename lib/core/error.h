@@ -1,0 +1,26 @@
+// The two kinds of failure, for all of the project.  A message is one complete sentence
+// without full stop, "file: place: what is wrong", lower case; the program's name is put
+// before it where it is printed.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace core {
+
+// The job failed: input, network or disk.  Exit status 1.
+class Error : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+// The command line was wrong; nothing was touched.  Exit status 2.
+class UsageError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+// printf into a string.  The C locale is never changed, so numbers have a point.
+[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...);
+
+}  // namespace core

@@ -1,0 +1,69 @@
+// Files: reading whole inputs by mapping, and writing outputs that appear whole or not at all.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace core {
+
+// The bytes of a file, mapped read-only; of a pipe or "-" (standard input), read into
+// memory to its end.  Move-only; the span lives as long as the object.  Threads may share it.
+// A regular file that shrinks while it is mapped ends the program by SIGBUS, as with any map.
+// Throws Error: cannot open, is a directory, cannot read.
+class InputFile {
+  public:
+    explicit InputFile(const std::string& path);
+    ~InputFile();
+    InputFile(InputFile&&) noexcept;
+    InputFile& operator=(InputFile&&) noexcept;
+
+    std::span<const std::byte> bytes() const { return bytes_; }
+    const std::string& name() const { return name_; }  // for messages; "standard input" for "-"
+
+    // Tells the system that the map's bytes [begin, end) will not be needed again (memory
+    // cap of builders).  Does nothing for piped input.
+    void forget(size_t begin, size_t end) const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+    std::span<const std::byte> bytes_;
+    std::string name_;
+};
+
+// A file that is written beside its target under a temporary name and renamed by commit();
+// "-" is standard output, where commit() only flushes.  Destroyed without commit(), or at
+// SIGINT/SIGTERM, it leaves nothing behind.  An existing non-regular target (a FIFO,
+// /dev/null) is written in place.  Throws Error with the system's reason (disk full, ...);
+// a closed pipe on standard output ends the program quietly with status 0.
+class OutputFile {
+  public:
+    explicit OutputFile(const std::string& path);
+    ~OutputFile();
+    OutputFile(const OutputFile&) = delete;
+    OutputFile& operator=(const OutputFile&) = delete;
+
+    void write(std::span<const std::byte> data);
+    void write(std::string_view data);
+    void write(const void* data, size_t size) { write({static_cast<const std::byte*>(data), size}); }
+    void commit();
+    const std::string& name() const { return name_; }
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+    std::string name_;
+};
+
+// True if both names exist and are one file (device and inode).  "-" is nobody's equal.
+bool same_file(const std::string& a, const std::string& b);
+
+// Throws UsageError where `path` is "-" or absent-by-default, standard output is a terminal and
+// the user did not spell out "-": binary is never written to a terminal unasked.
+void refuse_binary_to_terminal(bool spelled_out);
+
+}  // namespace core

@@ -1,0 +1,88 @@
+// What all programs share: common options, checked numbers, exit codes, one-line messages,
+// progress, and the last flush of standard output.  Nothing else in the project prints or exits.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+namespace core {
+
+using Json = nlohmann::ordered_json;  // keys in the order they were written
+
+// One program.  Owns --threads, --quiet, --verbose, --progress, --report, --version, --help.
+//
+//     core::Program program("qs-info", "Say what a splat model holds.");
+//     program.options.add_flag("--json", json, "...");
+//     return program.run(argc, argv, [&] { ... });
+//
+// run() parses, calls the job, and returns the exit status: 0 done, 1 for core::Error (and for
+// std::bad_alloc and other exceptions, with their text), 2 for core::UsageError and what the
+// parser refuses.  --version prints "qs-info 0.1.0".  Messages are "qs-info: sentence\n".
+class Program {
+  public:
+    Program(std::string name, std::string description, std::string version);
+
+    CLI::App options;
+
+    int run(int argc, char** argv, const std::function<void()>& job);
+
+    // Numbers with a range, refusing nan, trailing text, and "-5" for a size; --help shows the
+    // default, messages name the option.  `unit` is for the message ("pixels", "degrees").
+    CLI::Option* add_number(const std::string& names, double& value, double low, double high,
+                            const std::string& unit, const std::string& help);
+    CLI::Option* add_integer(const std::string& names, int64_t& value, int64_t low, int64_t high,
+                             const std::string& help);
+    // Bytes: 4096, 64K, 8M, 2G (powers of 1024).
+    CLI::Option* add_size(const std::string& names, uint64_t& value, const std::string& help);
+
+    const std::string& name() const { return name_; }
+
+  private:
+    std::string name_, version_;
+};
+
+// Lines on standard error, "name: warning: sentence".  notice() shows with --verbose only;
+// nothing but errors with --quiet.
+void warn(const std::string& sentence);
+void notice(const std::string& sentence);
+
+// Reports a failed operand ("name: sentence") and makes run() return 1 at the end, so that the
+// other operands are still done.
+void fail(const std::string& sentence);
+
+// One line, redrawn at most 10 times a second, erased at the end; drawn where standard error is a
+// terminal, or as --progress auto|always|never says.  update() may be called from any thread.
+class Progress {
+  public:
+    Progress(std::string what, uint64_t total);  // total 0: unknown
+    ~Progress();
+    void update(uint64_t done);
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+// --report FILE: JSON, one object a line.  Empty when the option was not given: is_wanted() false
+// and write() does nothing.  commit() as OutputFile; "-" is standard output.
+class Report {
+  public:
+    Report();   // opens the file named by --report
+    ~Report();
+    bool is_wanted() const;
+    void write(const Json& line);
+    void commit();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+// Writes to standard output (data for people or scripts); checked at the end of run().
+void print(std::string_view text);
+
+}  // namespace core
