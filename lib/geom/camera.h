@@ -15,7 +15,10 @@
 
 namespace geom {
 
-// One frame of a path, world units.  `fovy_deg`: the vertical field of view, in (0, 180).
+constexpr double kDefaultFps = 24;    // frames a second where a path says nothing about time
+constexpr double kMinFovyDeg = 1e-9;  // a pixel is then some roundings of a direction wide
+
+// One frame of a path, world units.  `fovy_deg`: the vertical field of view, in [kMinFovyDeg, 180).
 struct Camera {
     glm::dvec3 eye{0, 0, 1};
     glm::dvec3 target{0, 0, 0};
@@ -39,16 +42,26 @@ struct View {
     }
 };
 
-// Throws core::Error, saying what to do, where eye equals target (within rounding), a value is not
-// finite, or fovy_deg is not in (0, 180).  Where up is parallel to the line of sight (or zero)
-// another axis is taken: the one least aligned with it.  Holds for lengths from 1e-150 to 1e150.
+// Throws core::Error, saying what is wrong, where a camera cannot be drawn: eye equals target
+// (within 4 units of rounding, or nearer than 1e-150), a value is not finite, a coordinate is beyond
+// 1e150, fovy_deg is out of range, or the depths are not 0 < near < far.
+void check(const Camera& camera);
+
+// Throws as check() does, and where width or height is below 1.  Where up is parallel to the line of
+// sight (or zero) another axis is taken: the one least aligned with it.  Holds for lengths from 1e-150
+// to 1e150: right, down and forward are orthonormal within 1e-15.
 View make_view(const Camera& camera, int width, int height);
 
-// JSON Lines, one camera a line: {"eye":[x,y,z],"target":[x,y,z],"up":[x,y,z],"fovy":deg,"t":s},
-// optional "near", "far"; "up", "fovy", "t" may be left out (0,1,0; 30; line number / 24).  Blank lines
-// are skipped, unknown keys ignored.  Throws core::Error "<name>: line N: ...".
+// Paths as text, the format of camera-path(5): JSON Lines, one camera a line,
+//     {"eye":[x,y,z],"target":[x,y,z],"up":[x,y,z],"fovy":degrees,"t":seconds}
+// with optional "near" and "far".  "up", "fovy" and "t" may be left out (0,1,0; 30; the number of
+// cameras before this one / 24, in parse_camera 0).  Blank lines are skipped, unknown keys ignored.
+// Every camera returned has passed check().  A line longer than 65536 bytes is refused, and so is a
+// path without a camera.  Throws core::Error "<name>: line N: ..." or "<where>: ...".
 Camera parse_camera(std::string_view line, const std::string& where);
 std::vector<Camera> parse_path(std::string_view text, const std::string& name);
-std::string format_camera(const Camera& camera);  // one line with its newline; reads back bit for bit
+
+// One line with its newline; reads back bit for bit.  Throws core::Error where a value is not finite.
+std::string format_camera(const Camera& camera);
 
 }  // namespace geom
