@@ -35,11 +35,16 @@ class InputFile {
     std::string name_;
 };
 
+// Thrown where a pipe's reader has gone.  Not an Error, and no std::exception, so that nothing
+// but Program::run() catches it, which ends the program quietly with status 0.
+struct ClosedPipe {};
+
 // A file that is written beside its target under a temporary name and renamed by commit();
 // "-" is standard output, where commit() only flushes.  Destroyed without commit(), or at
-// SIGINT/SIGTERM, it leaves nothing behind.  An existing non-regular target (a FIFO,
-// /dev/null) is written in place.  Throws Error with the system's reason (disk full, ...);
-// a closed pipe on standard output ends the program quietly with status 0.
+// SIGINT/SIGTERM/SIGHUP, it leaves nothing behind.  An existing non-regular target (a FIFO,
+// /dev/null) is written in place; a symbolic link is followed.  At most 64 are open at a time.
+// One thread at a time may use one object.  Throws Error with the system's reason (disk full,
+// ...), and ClosedPipe where the reader of a pipe has gone.
 class OutputFile {
   public:
     explicit OutputFile(const std::string& path);
@@ -58,6 +63,10 @@ class OutputFile {
     std::unique_ptr<State> state_;
     std::string name_;
 };
+
+// Writes to standard output through the buffer that core::print() shares; flushes if told.
+// Throws like OutputFile.
+void write_standard_output(std::string_view data, bool flush);
 
 // True if both names exist and are one file (device and inode).  "-" is nobody's equal.
 bool same_file(const std::string& a, const std::string& b);

@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -20,8 +22,13 @@ using Json = nlohmann::ordered_json;  // keys in the order they were written
 //     return program.run(argc, argv, [&] { ... });
 //
 // run() parses, calls the job, and returns the exit status: 0 done, 1 for core::Error (and for
-// std::bad_alloc and other exceptions, with their text), 2 for core::UsageError and what the
-// parser refuses.  --version prints "qs-info 0.1.0".  Messages are "qs-info: sentence\n".
+// std::bad_alloc and other exceptions, with their text) and after fail(), 2 for core::UsageError
+// and what the parser refuses.  A closed pipe ends the job quietly, as if it were done.
+// --version prints "qs-info 0.1.0".  Messages are "qs-info: sentence\n".
+//
+// Operands and plain options are added to `options` (CLI11): add_option("MODEL", path, "...") ->
+// required().  Defaults are shown by --help without asking; the last of repeated options counts;
+// a value may start with '-'.  Subcommands inherit all that, and the common options.
 class Program {
   public:
     Program(std::string name, std::string description, std::string version);
@@ -32,18 +39,33 @@ class Program {
 
     // Numbers with a range, refusing nan, trailing text, and "-5" for a size; --help shows the
     // default, messages name the option.  `unit` is for the message ("pixels", "degrees").
+    // A bound or default that is not finite means "none".  Nothing is written to `value` unless the
+    // option is given and right.  For a subcommand's options, call the functions below.
     CLI::Option* add_number(const std::string& names, double& value, double low, double high,
                             const std::string& unit, const std::string& help);
     CLI::Option* add_integer(const std::string& names, int64_t& value, int64_t low, int64_t high,
                              const std::string& help);
     // Bytes: 4096, 64K, 8M, 2G (powers of 1024).
     CLI::Option* add_size(const std::string& names, uint64_t& value, const std::string& help);
+    // As many finite numbers as `values` has, with commas between: --camera-position -1,0,2.5.
+    // `form` is how --help and messages write it ("X,Y,Z").
+    CLI::Option* add_numbers(const std::string& names, std::span<double> values, const std::string& form,
+                             const std::string& help);
 
     const std::string& name() const { return name_; }
 
   private:
     std::string name_, version_;
 };
+
+// The same for any CLI::App below a Program's `options`.
+CLI::Option* add_number(CLI::App& app, const std::string& names, double& value, double low, double high,
+                        const std::string& unit, const std::string& help);
+CLI::Option* add_integer(CLI::App& app, const std::string& names, int64_t& value, int64_t low, int64_t high,
+                         const std::string& help);
+CLI::Option* add_size(CLI::App& app, const std::string& names, uint64_t& value, const std::string& help);
+CLI::Option* add_numbers(CLI::App& app, const std::string& names, std::span<double> values,
+                         const std::string& form, const std::string& help);
 
 // Lines on standard error, "name: warning: sentence".  notice() shows with --verbose only;
 // nothing but errors with --quiet.
@@ -71,7 +93,7 @@ class Progress {
 // and write() does nothing.  commit() as OutputFile; "-" is standard output.
 class Report {
   public:
-    Report();   // opens the file named by --report
+    Report();  // opens the file named by --report
     ~Report();
     bool is_wanted() const;
     void write(const Json& line);
