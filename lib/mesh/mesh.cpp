@@ -1,1 +1,76 @@
 #include "mesh/mesh.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "mesh/ply.h"
+#include "mesh/reader.h"
+
+namespace mesh {
+
+namespace {
+
+ReadResult read_source(const Source& source, const ReadOptions& options) {
+    const std::string_view text = source.text();
+    if (text.empty()) throw core::Error(source.name + ": the file is empty");
+    if (text.starts_with("ply")) return read_ply(source, options);
+    throw core::Error(source.name + ": neither PLY, OBJ, OFF, STL nor Draco");
+}
+
+template <class T>
+void append(std::string& out, const T& value) {
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof(T));
+    out.append(bytes, sizeof(T));
+}
+
+void append_properties(std::string& out, const char* type, const char* x, const char* y, const char* z) {
+    for (const char* name : {x, y, z}) out += core::text("property %s %s\n", type, name);
+}
+
+}  // namespace
+
+ReadResult read_mesh(const std::string& path, const ReadOptions& options) {
+    const core::InputFile file(path);
+    return read_source({file.bytes(), file.name(), &file}, options);
+}
+
+ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::string& name,
+                           const ReadOptions& options) {
+    return read_source({bytes, name, nullptr}, options);
+}
+
+std::string to_ply(const Mesh& mesh) {
+    const bool is_double = mesh.origin != glm::dvec3(0);
+    std::string out = "ply\nformat binary_little_endian 1.0\n";
+    out += core::text("element vertex %zu\n", mesh.positions.size());
+    append_properties(out, is_double ? "double" : "float", "x", "y", "z");
+    if (!mesh.normals.empty()) append_properties(out, "float", "nx", "ny", "nz");
+    if (!mesh.colours.empty()) append_properties(out, "uchar", "red", "green", "blue");
+    if (!mesh.is_cloud())
+        out +=
+            core::text("element face %zu\nproperty list uchar uint vertex_indices\n", mesh.triangles.size());
+    out += "end_header\n";
+
+    const size_t vertex_bytes =
+        (is_double ? 24 : 12) + (mesh.normals.empty() ? 0 : 12) + (mesh.colours.empty() ? 0 : 3);
+    out.reserve(out.size() + mesh.positions.size() * vertex_bytes + mesh.triangles.size() * 13);
+    for (size_t v = 0; v < mesh.positions.size(); ++v) {
+        if (is_double)
+            append(out, mesh.world(v));
+        else
+            append(out, mesh.positions[v]);
+        if (!mesh.normals.empty()) append(out, mesh.normals[v]);
+        if (!mesh.colours.empty()) append(out, mesh.colours[v]);
+    }
+    for (const glm::u32vec3& t : mesh.triangles) {
+        out += '\3';
+        append(out, t);
+    }
+    return out;
+}
+
+}  // namespace mesh

@@ -1,9 +1,11 @@
 // A triangle mesh or a cloud of bare points in memory, as flat arrays.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,10 +16,10 @@ struct Mesh {
     // input, whose coordinates are kept as they are; for double or integer input it is the middle of
     // the bounding box (or the first point), so that map coordinates keep their detail.
     glm::dvec3 origin{0};
-    std::vector<glm::vec3> positions;       // finite, all of them
-    std::vector<glm::vec3> normals;         // empty, or one a vertex: unit length or zero (unknown)
-    std::vector<glm::u8vec3> colours;       // empty, or one a vertex: sRGB bytes as in the file
-    std::vector<glm::u32vec3> triangles;    // vertex indices, all in range; empty: bare points
+    std::vector<glm::vec3> positions;     // finite, all of them
+    std::vector<glm::vec3> normals;       // empty, or one a vertex: unit length or zero (unknown)
+    std::vector<glm::u8vec3> colours;     // empty, or one a vertex: sRGB bytes as in the file
+    std::vector<glm::u32vec3> triangles;  // vertex indices, all in range; empty: bare points
 
     bool is_cloud() const { return triangles.empty(); }
     glm::dvec3 world(size_t v) const { return origin + glm::dvec3(positions[v]); }
@@ -25,11 +27,11 @@ struct Mesh {
 
 // What the file held and what became of it: in = kept + dropped, by reason.
 struct ReadCounts {
-    uint64_t vertices_in = 0, faces_in = 0;      // as the file has them (polygons and strips: see triangles_in)
-    uint64_t triangles_in = 0;                   // after triangulation
+    uint64_t vertices_in = 0, faces_in = 0;  // as the file has them (polygons and strips: see triangles_in)
+    uint64_t triangles_in = 0;               // after triangulation
     std::map<std::string, uint64_t> vertices_dropped;   // "not_finite", ...
     std::map<std::string, uint64_t> triangles_dropped;  // "not_finite_vertex", "repeated_index", ...
-    std::string format;                          // "ply binary_little_endian", "obj", ...
+    std::string format;                                 // "ply binary_little_endian", "obj", ...
 };
 
 struct ReadOptions {
@@ -42,11 +44,14 @@ struct ReadResult {
 };
 
 // Reads PLY (any form), OBJ, OFF, STL or Draco; the format is told by the content, then by the name.
-// `path` "-" is standard input (PLY only).  Polygons are fanned, strips unrolled.  Zero-area faces are
-// kept; faces that name one vertex twice are dropped and counted.
-// Memory: never more than a small multiple of the file's size, whatever its header claims.
-// Throws core::Error "<file>: <place>: ...".
+// `path` "-" is standard input (told by content only: PLY, say).  Polygons are fanned, strips unrolled.
+// Zero-area faces are kept; faces that name one vertex twice are dropped and counted. Memory: never more than
+// a small multiple of the file's size, whatever its header claims. Throws core::Error "<file>: <place>: ...".
 ReadResult read_mesh(const std::string& path, const ReadOptions& options = {});
+
+// The same of bytes in memory; `name` stands for the file's name, in messages and for its extension.
+ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::string& name,
+                           const ReadOptions& options = {});
 
 // Binary little-endian PLY of what the mesh holds (double coordinates where the origin is not 0).
 std::string to_ply(const Mesh& mesh);
