@@ -1,1 +1,436 @@
 #include "render/raster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+#include "render/orientation.h"
+#include "render/shading.h"
+
+namespace render {
+
+namespace {
+
+constexpr int kTile = 64;              // pixels on a side: depth, index and weights of a tile stay in L2
+constexpr size_t kMostPieces = 64;     // triangles are sorted into tiles in so many parts at most ...
+constexpr size_t kLeastPiece = 4096;   // ... of so many triangles at least
+constexpr size_t kVertexGrain = 4096;  // vertices handed to a thread at a time
+
+// A determinant of three vectors, each component rounded a handful of times, is off by less than this times
+// the product of their magnitudes: six products, each with at most six roundings of 2^-53, and some room.
+constexpr double kRounding = 48 * 0x1p-53;
+
+// A vertex as the frame sees it.  The ray through pixel centre (X, Y), counted from the middle of the frame,
+// is (X, Y, 1) in the coordinates of `ray`.
+struct ViewVertex {
+    glm::dvec3 ray;  // focal_px * x, focal_px * y, z, all in units of the frame's scale
+    float px, py;    // projection, from the middle of the frame; only where ray.z > 0
+};
+
+// Pixels [first_x, last_x] x [first_y, last_y]; empty where last < first.
+struct PixelBox {
+    int first_x, first_y, last_x, last_y;
+    bool empty() const { return last_x < first_x || last_y < first_y; }
+};
+
+PixelBox intersect(const PixelBox& a, const PixelBox& b) {
+    return {std::max(a.first_x, b.first_x), std::max(a.first_y, b.first_y), std::min(a.last_x, b.last_x),
+            std::min(a.last_y, b.last_y)};
+}
+
+// The frame's raster and what follows from its size.
+struct Raster {
+    int width, height;
+    int tiles_x, tiles_y;
+    double half_width, half_height;
+    double reach;  // no pixel centre has |X| or |Y| above it
+    float slack;   // pixels by which a projection in float may be off inside the frame
+
+    Raster(int w, int h)
+        : width(w),
+          height(h),
+          tiles_x((w + kTile - 1) / kTile),
+          tiles_y((h + kTile - 1) / kTile),
+          half_width(0.5 * w),
+          half_height(0.5 * h),
+          reach(std::max(half_width, half_height)),
+          slack(float(reach) * 0x1p-21f) {}
+
+    PixelBox all() const { return {0, 0, width - 1, height - 1}; }
+    PixelBox tile(int tx, int ty) const {
+        return intersect({tx * kTile, ty * kTile, tx * kTile + kTile - 1, ty * kTile + kTile - 1}, all());
+    }
+    double centre_x(int i) const { return i + 0.5 - half_width; }
+    double centre_y(int j) const { return j + 0.5 - half_height; }
+};
+
+// The pixels whose centres lie in [low, high] (from the middle of the frame) along an axis of `count` pixels.
+// Comparisons are written so that any input, NaN too, gives a range inside the frame or an empty one.
+void pixel_range(float low, float high, float half, int count, int& first, int& last) {
+    const float from = std::ceil(low + half - 0.5f);
+    const float to = std::floor(high + half - 0.5f);
+    first = from > 0 ? (from < float(count) ? int(from) : count) : 0;
+    last = to < float(count - 1) ? (to >= 0 ? int(to) : -1) : count - 1;
+}
+
+PixelBox box_before_eye(const Raster& raster, const ViewVertex& a, const ViewVertex& b, const ViewVertex& c) {
+    PixelBox box;
+    pixel_range(std::min({a.px, b.px, c.px}) - raster.slack, std::max({a.px, b.px, c.px}) + raster.slack,
+                float(raster.half_width), raster.width, box.first_x, box.last_x);
+    pixel_range(std::min({a.py, b.py, c.py}) - raster.slack, std::max({a.py, b.py, c.py}) + raster.slack,
+                float(raster.half_height), raster.height, box.first_y, box.last_y);
+    return box;
+}
+
+// True if v lies outside the side of the view pyramid where sign * coordinate = half * z, beyond doubt.
+bool beyond(double coordinate, double z, double half, double sign) {
+    const double margin = kRounding * (std::abs(coordinate) + half * std::abs(z));
+    return sign * coordinate - half * z > margin;
+}
+
+// The pixels that a triangle reaching behind the eye may cover: none, where one side of the view pyramid
+// (which goes through the eye, so the test holds behind it too) has it wholly outside, else all.
+PixelBox box_across_eye(const Raster& raster, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+    const PixelBox none{0, 0, -1, -1};
+    for (const double sign : {-1.0, 1.0}) {
+        const double w = raster.half_width, h = raster.half_height;
+        if (beyond(a.x, a.z, w, sign) && beyond(b.x, b.z, w, sign) && beyond(c.x, c.z, w, sign)) return none;
+        if (beyond(a.y, a.z, h, sign) && beyond(b.y, b.z, h, sign) && beyond(c.y, c.z, h, sign)) return none;
+    }
+    return raster.all();
+}
+
+PixelBox triangle_box(const Raster& raster, const ViewVertex& a, const ViewVertex& b, const ViewVertex& c) {
+    if (a.ray.z > 0 && b.ray.z > 0 && c.ray.z > 0) return box_before_eye(raster, a, b, c);
+    if (a.ray.z <= 0 && b.ray.z <= 0 && c.ray.z <= 0) return {0, 0, -1, -1};
+    return box_across_eye(raster, a.ray, b.ray, c.ray);
+}
+
+// The edge from `a` to `b`.  value(X, Y) > 0 where the ray passes on the triangle's side of it.
+struct Edge {
+    glm::dvec3 a, b;
+    glm::dvec3 normal;  // sign * cross(a, b)
+    double rounding;    // value() is off by at most this
+    int sign;           // of the triangle's orientation
+
+    double value(double x, double y) const { return normal.x * x + (normal.y * y + normal.z); }
+
+    // As value() > 0, exactly; a ray on the edge counts as if it were moved to the right by an infinitely
+    // small amount, and down by one infinitely smaller.
+    bool inside_exactly(double x, double y) const {
+        int side = orientation(a, b, {x, y, 1});
+        if (side == 0) side = orientation(a, b, {1, 0, 0});
+        if (side == 0) side = orientation(a, b, {0, 1, 0});
+        return side * sign > 0;
+    }
+
+    bool inside(double value, double x, double y) const {
+        if (value > rounding) return true;
+        if (value < -rounding) return false;
+        return inside_exactly(x, y);
+    }
+};
+
+// A triangle ready to be drawn.  Of a ray r inside all edges, r = sum of value_i * vertex_i / |det|: the
+// values are the perspective-correct weights of the vertices opposite the edges, and the point lies before
+// the eye because the determinant's sign is in the edges'.
+struct TriangleSetup {
+    Edge edges[3];
+    glm::dvec3 z;  // depths of the vertices
+    double nearest, farthest;
+
+    // False for a triangle that is seen edge-on or has no area: it covers nothing.
+    bool set(const Raster& raster, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+        const glm::dvec3 vertices[3] = {a, b, c};
+        glm::dvec3 normals[3];
+        double magnitude[3];
+        for (int i = 0; i < 3; ++i) {
+            const glm::dvec3& v = vertices[i];
+            normals[i] = glm::cross(vertices[(i + 1) % 3], vertices[(i + 2) % 3]);
+            magnitude[i] = std::max({std::abs(v.x), std::abs(v.y), raster.reach * std::abs(v.z)});
+        }
+        const double det = glm::dot(normals[0], a);
+        const double doubt = kRounding * magnitude[0] * magnitude[1] * magnitude[2] / raster.reach;
+        int sign = det > doubt ? 1 : det < -doubt ? -1 : orientation(a, b, c);
+        if (sign == 0) return false;
+        for (int i = 0; i < 3; ++i) {
+            const int from = (i + 1) % 3, to = (i + 2) % 3;
+            edges[i] = {vertices[from], vertices[to], double(sign) * normals[i],
+                        kRounding * magnitude[from] * magnitude[to], sign};
+        }
+        z = {a.z, b.z, c.z};
+        nearest = std::max(0.0, std::min({a.z, b.z, c.z}));
+        farthest = std::max({a.z, b.z, c.z});
+        return true;
+    }
+
+    // False only if no pixel of `box` can be covered: all its corners are outside one edge.
+    bool may_touch(const Raster& raster, const PixelBox& box) const {
+        const double x[2] = {raster.centre_x(box.first_x), raster.centre_x(box.last_x)};
+        const double y[2] = {raster.centre_y(box.first_y), raster.centre_y(box.last_y)};
+        for (const Edge& edge : edges) {
+            const double most = std::max(std::max(edge.value(x[0], y[0]), edge.value(x[1], y[0])),
+                                         std::max(edge.value(x[0], y[1]), edge.value(x[1], y[1])));
+            if (most < -edge.rounding) return false;
+        }
+        return true;
+    }
+};
+
+// What shows in the pixels of one tile.
+struct TileBuffer {
+    double z[kTile * kTile];
+    uint32_t triangle[kTile * kTile];
+    float weight_b[kTile * kTile], weight_c[kTile * kTile];  // of the triangle's second and third vertex
+
+    TileBuffer() { std::fill(std::begin(z), std::end(z), std::numeric_limits<double>::infinity()); }
+};
+
+void draw_triangle(const Raster& raster, const TriangleSetup& setup, const PixelBox& box,
+                   const PixelBox& tile, uint32_t triangle, TileBuffer& out) {
+    const Edge& ea = setup.edges[0];
+    const Edge& eb = setup.edges[1];
+    const Edge& ec = setup.edges[2];
+    for (int j = box.first_y; j <= box.last_y; ++j) {
+        const double y = raster.centre_y(j);
+        for (int i = box.first_x; i <= box.last_x; ++i) {
+            const int at = (j - tile.first_y) * kTile + (i - tile.first_x);
+            if (!(setup.nearest < out.z[at])) continue;
+            const double x = raster.centre_x(i);
+            const double va = ea.value(x, y), vb = eb.value(x, y), vc = ec.value(x, y);
+            if (!ea.inside(va, x, y) || !eb.inside(vb, x, y) || !ec.inside(vc, x, y)) continue;
+            // Inside by the exact test, a value may still be rounded to just below 0; a sliver's three may
+            // all be 0.
+            const double wa = std::max(va, 0.0), wb = std::max(vb, 0.0), wc = std::max(vc, 0.0);
+            const double sum = wa + wb + wc;
+            const double inverse = sum > 0 ? 1 / sum : 0;
+            const double z = std::clamp((wa * setup.z[0] + wb * setup.z[1] + wc * setup.z[2]) * inverse,
+                                        setup.nearest, setup.farthest);
+            if (!(z < out.z[at])) continue;
+            out.z[at] = z;
+            out.triangle[at] = triangle;
+            out.weight_b[at] = float(wb * inverse);
+            out.weight_c[at] = float(wc * inverse);
+        }
+    }
+}
+
+// Area-weighted vertex normals, unit length, or zero where no face with an area is at the vertex.  In double,
+// because in float the cross products of a mesh of 1e-20 across vanish.
+std::vector<glm::vec3> area_weighted_normals(const mesh::Mesh& mesh) {
+    std::vector<glm::dvec3> sums(mesh.positions.size(), glm::dvec3(0));
+    for (const glm::u32vec3& t : mesh.triangles) {
+        const glm::dvec3 a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
+        const glm::dvec3 area = glm::cross(b - a, c - a);
+        for (int k = 0; k < 3; ++k) sums[t[k]] += area;
+    }
+    std::vector<glm::vec3> normals(sums.size());
+    for (size_t v = 0; v < sums.size(); ++v) {
+        const double length = glm::length(sums[v]);
+        normals[v] = length > 0 ? glm::vec3(sums[v] / length) : glm::vec3(0);
+    }
+    return normals;
+}
+
+bool has_unknown_normal(const mesh::Mesh& mesh) {
+    return mesh.normals.empty() || std::any_of(mesh.normals.begin(), mesh.normals.end(),
+                                               [](const glm::vec3& n) { return n == glm::vec3(0); });
+}
+
+std::vector<glm::vec3> filled_normals(const mesh::Mesh& mesh) {
+    std::vector<glm::vec3> normals = area_weighted_normals(mesh);
+    for (size_t v = 0; v < mesh.normals.size(); ++v) {
+        if (mesh.normals[v] != glm::vec3(0)) normals[v] = mesh.normals[v];
+    }
+    return normals;
+}
+
+// The sum of weights[k] * attribute[t[k]].
+template <class Attribute>
+glm::vec3 interpolate(const std::vector<Attribute>& attribute, const glm::u32vec3& t,
+                      const glm::vec3& weights) {
+    return weights.x * glm::vec3(attribute[t[0]]) + weights.y * glm::vec3(attribute[t[1]]) +
+           weights.z * glm::vec3(attribute[t[2]]);
+}
+
+void store(glm::u8vec3 colour, uint8_t* rgb) {
+    for (int k = 0; k < 3; ++k) rgb[k] = colour[k];
+}
+
+struct Shader {
+    glm::mat3 view_from_world;
+    Shade mode;
+    bool levels;  // grey, whatever colours the mesh has
+    glm::u8vec3 background;
+
+    Shader(const geom::View& view, Shade shade, glm::u8vec3 behind)
+        : view_from_world(glm::transpose(glm::dmat3(view.right, view.down, view.forward))),
+          mode(shade == Shade::level ? Shade::lit : shade),
+          levels(shade == Shade::level),
+          background(behind) {}
+
+    glm::u8vec3 shade(const glm::vec3& world_normal, const glm::vec3& material) const {
+        const float length = glm::length(world_normal);
+        const glm::vec3 normal = length > 0 ? view_from_world * world_normal / length : glm::vec3(0);
+        return shade_point(mode, normal, material);
+    }
+};
+
+}  // namespace
+
+// The triangles of one piece that may cover a pixel, sorted by tile, in the mesh's order within a tile.
+struct Piece {
+    struct Entry {
+        uint32_t tile, triangle;
+    };
+    std::vector<Entry> entries;
+    std::vector<uint32_t> begin;  // of each tile in `triangles`, and the end
+    std::vector<uint32_t> triangles;
+
+    void sort(size_t tile_count) {
+        begin.assign(tile_count + 1, 0);
+        for (const Entry& e : entries) ++begin[e.tile + 1];
+        for (size_t t = 0; t < tile_count; ++t) begin[t + 1] += begin[t];
+        triangles.resize(entries.size());
+        for (const Entry& e : entries) triangles[begin[e.tile]++] = e.triangle;
+        for (size_t t = tile_count; t > 0; --t) begin[t] = begin[t - 1];
+        begin[0] = 0;
+    }
+};
+
+struct MeshRaster::State {
+    const mesh::Mesh& mesh;
+    std::vector<glm::vec3> own_normals;  // empty where the mesh's will do
+    double largest_coordinate = 0;
+    std::vector<ViewVertex> vertices;
+    std::vector<Piece> pieces;
+
+    explicit State(const mesh::Mesh& m) : mesh(m) {
+        if (mesh.is_cloud()) return;
+        if (has_unknown_normal(mesh)) own_normals = filled_normals(mesh);
+        for (const glm::vec3& p : mesh.positions) {
+            largest_coordinate =
+                std::max(largest_coordinate, double(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)})));
+        }
+    }
+
+    const std::vector<glm::vec3>& normals() const { return own_normals.empty() ? mesh.normals : own_normals; }
+
+    // A power of two (so that it rounds nothing) that brings the scene near 1, where products of three
+    // coordinates neither overflow nor vanish.
+    double frame_scale(const geom::View& view) const {
+        const glm::dvec3 d = glm::abs(mesh.origin - view.eye);
+        const double reach = std::max({d.x, d.y, d.z}) + largest_coordinate;
+        return reach > 0 && std::isfinite(reach) ? std::ldexp(1.0, -std::ilogb(reach)) : 1.0;
+    }
+
+    void transform(const geom::View& view, double scale) {
+        vertices.resize(mesh.positions.size());
+        core::parallel_pieces(vertices.size(), kVertexGrain, [&](size_t begin, size_t end) {
+            for (size_t v = begin; v < end; ++v) {
+                const glm::dvec3 p = view.view_from_world(mesh.world(v)) * scale;
+                ViewVertex& out = vertices[v];
+                out.ray = {view.focal_px * p.x, view.focal_px * p.y, p.z};
+                constexpr double kFar = 1e9;  // pixels: beyond any frame, and safe to keep as float
+                out.px = float(std::clamp(out.ray.x / p.z, -kFar, kFar));
+                out.py = float(std::clamp(out.ray.y / p.z, -kFar, kFar));
+            }
+        });
+    }
+
+    void sort_into_tiles(const Raster& raster) {
+        const size_t count = mesh.triangles.size();
+        const size_t piece_count = std::clamp(count / kLeastPiece, size_t(1), kMostPieces);
+        pieces.resize(piece_count);
+        core::parallel_for(piece_count, [&](size_t p) {
+            Piece& piece = pieces[p];
+            piece.entries.clear();
+            const size_t end = count * (p + 1) / piece_count;
+            for (size_t t = count * p / piece_count; t < end; ++t) add_triangle(raster, uint32_t(t), piece);
+            piece.sort(size_t(raster.tiles_x) * size_t(raster.tiles_y));
+        });
+    }
+
+    void add_triangle(const Raster& raster, uint32_t index, Piece& piece) const {
+        const glm::u32vec3 t = mesh.triangles[index];
+        const PixelBox box = triangle_box(raster, vertices[t[0]], vertices[t[1]], vertices[t[2]]);
+        if (box.empty()) return;
+        const int tx0 = box.first_x / kTile, tx1 = box.last_x / kTile;
+        const int ty0 = box.first_y / kTile, ty1 = box.last_y / kTile;
+        if (tx0 == tx1 && ty0 == ty1) {
+            piece.entries.push_back({uint32_t(ty0 * raster.tiles_x + tx0), index});
+            return;
+        }
+        TriangleSetup setup;
+        if (!setup.set(raster, vertices[t[0]].ray, vertices[t[1]].ray, vertices[t[2]].ray)) return;
+        for (int ty = ty0; ty <= ty1; ++ty) {
+            for (int tx = tx0; tx <= tx1; ++tx) {
+                if (!setup.may_touch(raster, intersect(box, raster.tile(tx, ty)))) continue;
+                piece.entries.push_back({uint32_t(ty * raster.tiles_x + tx), index});
+            }
+        }
+    }
+
+    void draw_tile(const Raster& raster, size_t tile_index, TileBuffer& out) const {
+        const PixelBox tile = raster.tile(int(tile_index) % raster.tiles_x, int(tile_index) / raster.tiles_x);
+        for (const Piece& piece : pieces) {
+            for (uint32_t e = piece.begin[tile_index]; e < piece.begin[tile_index + 1]; ++e) {
+                const uint32_t index = piece.triangles[e];
+                const glm::u32vec3 t = mesh.triangles[index];
+                const ViewVertex &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
+                const PixelBox box = intersect(triangle_box(raster, a, b, c), tile);
+                TriangleSetup setup;
+                if (setup.set(raster, a.ray, b.ray, c.ray))
+                    draw_triangle(raster, setup, box, tile, index, out);
+            }
+        }
+    }
+
+    void shade_tile(const Raster& raster, size_t tile_index, const TileBuffer& drawn, const Shader& shader,
+                    double scale, Frame& frame) const {
+        const PixelBox tile = raster.tile(int(tile_index) % raster.tiles_x, int(tile_index) / raster.tiles_x);
+        for (int j = tile.first_y; j <= tile.last_y; ++j) {
+            for (int i = tile.first_x; i <= tile.last_x; ++i) {
+                const int at = (j - tile.first_y) * kTile + (i - tile.first_x);
+                const size_t pixel = size_t(j) * size_t(raster.width) + size_t(i);
+                if (drawn.z[at] == std::numeric_limits<double>::infinity()) {
+                    store(shader.background, &frame.rgb[3 * pixel]);
+                    continue;
+                }
+                const glm::u32vec3 t = mesh.triangles[drawn.triangle[at]];
+                const glm::vec3 weights{1 - drawn.weight_b[at] - drawn.weight_c[at], drawn.weight_b[at],
+                                        drawn.weight_c[at]};
+                store(shader.shade(interpolate(normals(), t, weights), material(t, weights, shader.levels)),
+                      &frame.rgb[3 * pixel]);
+                constexpr double kMost = std::numeric_limits<float>::max();
+                frame.depth[pixel] = float(std::min(drawn.z[at] / scale, kMost));
+            }
+        }
+    }
+
+    glm::vec3 material(const glm::u32vec3& t, const glm::vec3& weights, bool grey) const {
+        return grey || mesh.colours.empty() ? glm::vec3(kGreyMaterial)
+                                            : interpolate(mesh.colours, t, weights);
+    }
+};
+
+MeshRaster::MeshRaster(const mesh::Mesh& mesh) : state_(std::make_unique<State>(mesh)) {}
+
+MeshRaster::~MeshRaster() = default;
+
+void MeshRaster::draw(const geom::View& view, Shade shade, glm::u8vec3 background, Frame& frame) {
+    frame.resize(view.width, view.height);
+    const Raster raster(view.width, view.height);
+    const Shader shader(view, shade, background);
+    const double scale = state_->frame_scale(view);
+    state_->transform(view, scale);
+    state_->sort_into_tiles(raster);
+    core::parallel_for(size_t(raster.tiles_x) * size_t(raster.tiles_y), [&](size_t tile) {
+        TileBuffer drawn;
+        state_->draw_tile(raster, tile, drawn);
+        state_->shade_tile(raster, tile, drawn, shader, scale, frame);
+    });
+}
+
+}  // namespace render
