@@ -92,8 +92,7 @@ Json parse_object(std::string_view line) {
         throw core::Error("a number is beyond the range of double");
     }
     if (!object.is_object())
-        throw core::Error(core::text("expected a JSON object, found %s %s", object.is_array() ? "an" : "a",
-                                     object.type_name()));
+        throw core::Error(core::text("expected a JSON object, found %s", object.type_name()));
     return object;
 }
 
@@ -254,6 +253,12 @@ std::string format_camera(const Camera& camera) {
     if (camera.far) append(line, ",\"far\":", *camera.far);
     line += "}\n";
     return line;
+}
+
+std::string format_path(std::span<const Camera> path) {
+    std::string text;
+    for (const Camera& camera : path) text += format_camera(camera);
+    return text;
 }
 
 }  // namespace geom

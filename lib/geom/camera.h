@@ -25,7 +25,7 @@ struct Camera {
     glm::dvec3 up{0, 1, 0};
     double fovy_deg = 30;
     double time_s = 0;
-    std::optional<double> near, far;  // depths; derived from the scene where absent
+    std::optional<double> near{}, far{};  // depths; derived from the scene where absent
 };
 
 // A camera on a raster of width x height pixels.
@@ -34,7 +34,7 @@ struct View {
     double focal_px = 0;
     glm::dvec3 eye{0};
     glm::dvec3 right{1, 0, 0}, down{0, 1, 0}, forward{0, 0, 1};  // orthonormal, world space
-    std::optional<double> near, far;
+    std::optional<double> near{}, far{};
 
     glm::dvec3 view_from_world(const glm::dvec3& p) const {
         const glm::dvec3 d = p - eye;
@@ -63,5 +63,6 @@ std::vector<Camera> parse_path(std::string_view text, const std::string& name);
 
 // One line with its newline; reads back bit for bit.  Throws core::Error where a value is not finite.
 std::string format_camera(const Camera& camera);
+std::string format_path(std::span<const Camera> path);
 
 }  // namespace geom

@@ -49,11 +49,11 @@ std::vector<Camera> orbit(const Sphere& bounds, const Shot& shot, const Orbit& o
 // From far to near and back, by the same factor of distance from each frame to the next.  The frame
 // after the last is the first; the nearest is reached exactly (with 2 frames or more).
 struct Dolly {
-    std::optional<glm::dvec3> target;  // absent: the centre
+    std::optional<glm::dvec3> target{};  // absent: the centre
     double azimuth_deg = 0;
     double elevation_deg = 15;
     double far_factor = 4;
-    std::optional<double> near_factor;  // < far_factor; absent: 1.1 radii from the target
+    std::optional<double> near_factor{};  // < far_factor; absent: 1.1 radii from the target
 };
 std::vector<Camera> dolly(const Sphere& bounds, const Shot& shot, const Dolly& options = {});
 
@@ -63,10 +63,10 @@ std::vector<Camera> dolly(const Sphere& bounds, const Shot& shot, const Dolly& o
 // Kim, Lee, Kobbelt.  View-dependent streaming of progressive meshes, section 8: there "the client looks
 // around the model from top to bottom twice".  The way back up is ours, so that the view never jumps.
 struct Walk {
-    int laps = 2;                    // frames must be a multiple
-    int turns = 2;                   // in each lap, half of them on the way down
-    std::optional<double> distance;  // absent: 0.6, but not below 1.1 radii
-    double elevation_deg = 30;       // at the top; at the bottom it is the negative
+    int laps = 2;                      // frames must be a multiple
+    int turns = 2;                     // in each lap, half of them on the way down
+    std::optional<double> distance{};  // absent: 0.6, but not below 1.1 radii
+    double elevation_deg = 30;         // at the top; at the bottom it is the negative
 };
 std::vector<Camera> walk(const Sphere& bounds, const Shot& shot, const Walk& options = {});
 

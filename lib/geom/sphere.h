@@ -17,4 +17,7 @@ struct Sphere {
 // points it is a point at 0.  One pass for the box, one for the radius.
 Sphere sphere_around(std::span<const glm::vec3> points);
 
+// The same of the triangles' corners only; `triangles` are indices of `points`, all in range.
+Sphere sphere_around(std::span<const glm::vec3> points, std::span<const glm::u32vec3> triangles);
+
 }  // namespace geom
