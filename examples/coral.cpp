@@ -37,7 +37,7 @@ std::string to_ply(const coral::ColouredMesh& mesh) {
 
 int main(int argc, char** argv) {
     core::Program program("coral", "Make a piece of coral reef as a binary PLY with colours.", QS_VERSION);
-    int64_t resolution = 640;
+    int64_t resolution = 512;
     std::string output = "-";
     program.add_integer("--resolution", resolution, 64, 4096,
                         "Lattice cells along the longest side; triangles go with its square");
@@ -51,5 +51,8 @@ int main(int argc, char** argv) {
         core::OutputFile file(output);
         file.write(to_ply(mesh));
         file.commit();
+        core::Report report;
+        report.write({{"vertices", mesh.positions.size()}, {"triangles", mesh.triangles.size()}});
+        report.commit();
     });
 }

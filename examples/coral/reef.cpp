@@ -173,8 +173,8 @@ std::vector<bool> worth_keeping(const Tree& tree, int fewest) {
 Reef::Reef() {
     add_rock();
     add_branching_coral();
-    add_fan({-0.36f, 0.17f, -0.16f}, 0.5f, 0.62f, 11);
-    add_fan({0.33f, 0.16f, -0.24f}, -0.7f, 0.44f, 12);
+    add_fan({-0.36f, 0.14f, -0.17f}, 0.5f, 0.62f, 11);
+    add_fan({0.33f, 0.14f, -0.22f}, -0.7f, 0.44f, 12);
     add_anemone({0.36f, 0.215f, 0.21f}, 21);
     add_urchin({-0.22f, 0.245f, 0.345f}, 0.034f, 31);
     add_urchin({0.13f, 0.235f, 0.375f}, 0.026f, 32);
@@ -202,6 +202,10 @@ void Reef::add_rock() {
         add_ball({0.44f * out * std::cos(turn), 0.09f - 0.05f * out, 0.34f * out * std::sin(turn)}, radius,
                  kRock);
     }
+    // What the anemone and the fans stand on.
+    add_ball({0.36f, 0.06f, 0.20f}, 0.115f, kRock);
+    add_ball({-0.36f, 0.06f, -0.17f}, 0.115f, kRock);
+    add_ball({0.33f, 0.06f, -0.22f}, 0.115f, kRock);
     add_ball({-0.33f, 0.165f, 0.17f}, 0.125f, kBrain);
     add_ball({0.14f, 0.165f, 0.29f}, 0.072f, kBrain);
     add_ball({0.46f, 0.10f, -0.02f}, 0.10f, kBrain);
@@ -242,20 +246,20 @@ void Reef::add_tree(glm::vec3 root, std::vector<glm::vec3> targets, float step, 
 void Reef::add_branching_coral() {
     Random random(4);
     std::vector<glm::vec3> targets;
-    while (targets.size() < 620) {
+    while (targets.size() < 900) {
         const glm::vec3 p = random.in_ball();
         // A crown with a hollow underside, so that trunk and limbs show.
-        if (p.y < -0.35f || glm::length(p - glm::vec3(0, -0.75f, 0)) < 0.85f) continue;
+        if (p.y < -0.25f || glm::length(p - glm::vec3(0, -0.80f, 0)) < 0.85f) continue;
         targets.push_back(glm::vec3(0.02f, 0.60f, -0.03f) + p * glm::vec3(0.44f, 0.40f, 0.38f));
     }
-    add_tree({0.0f, 0.14f, -0.02f}, std::move(targets), 0.016f, 0.042f, 0.0105f, 2.5f, kBranch);
+    add_tree({0.0f, 0.14f, -0.02f}, std::move(targets), 0.015f, 0.038f, 0.0095f, 2.6f, kBranch);
 }
 
 void Reef::add_fan(glm::vec3 root, float turn, float size, uint64_t seed) {
     Random random(seed);
     const glm::vec3 across(std::cos(turn), 0, std::sin(turn)), through(-std::sin(turn), 0, std::cos(turn));
     std::vector<glm::vec3> targets;
-    while (targets.size() < 1500) {
+    while (targets.size() < 3000) {
         const float x = random.within(-0.55f, 0.55f), y = random.within(0.12f, 1.0f);
         const float half_width =
             0.52f * std::sqrt(std::max(0.0f, std::sin(y * 3.0f))) * (1 + 0.12f * std::sin(9 * y));
@@ -264,7 +268,7 @@ void Reef::add_fan(glm::vec3 root, float turn, float size, uint64_t seed) {
         const float bend = 0.35f * x * x + 0.10f * y * y + 0.02f * std::sin(7 * x);
         targets.push_back(root + size * (across * x + glm::vec3(0, y, 0) + through * bend));
     }
-    add_tree(root, std::move(targets), 0.013f * size, 0.024f * size, 0.0029f, 3.4f, kFan);
+    add_tree(root, std::move(targets), 0.011f * size, 0.0155f * size, 0.0027f, 3.4f, kFan);
 }
 
 void Reef::add_anemone(glm::vec3 centre, uint64_t seed) {

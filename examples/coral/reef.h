@@ -31,8 +31,8 @@ class Reef {
 
     Reef();
 
-    glm::vec3 bound_min() const { return {-0.66f, -0.02f, -0.55f}; }
-    glm::vec3 bound_max() const { return {0.66f, 1.06f, 0.55f}; }
+    glm::vec3 bound_min() const { return {-0.72f, -0.02f, -0.50f}; }
+    glm::vec3 bound_max() const { return {0.62f, 1.04f, 0.54f}; }
     List all() const;
 
     // Puts into `near` those of `list` that matter for field() within `radius` of `centre`.  False if
