@@ -61,6 +61,12 @@ std::array<Slot, 64> slots;
 std::atomic<bool> dying{false};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
+// For threads that notice that another one's handler is about to end the program: what they would
+// find now, such as a missing temporary file, is not to be reported.
+[[noreturn]] void wait_for_death() {
+    for (;;) ::pause();
+}
+
 constexpr std::array kFatalSignals{SIGINT, SIGTERM, SIGHUP};
 
 extern "C" void remove_temporaries_and_die(int signal) {
@@ -136,7 +142,7 @@ void Temporary::take_slot() {
     if (!slot_) throw Error(text("more than %zu outputs are open at once", slots.size()));
     if (!dying) return;
     slot_->state = Slot::kFree;
-    for (;;) ::pause();  // another thread's handler is about to end the program
+    wait_for_death();
 }
 
 int Temporary::open(const std::string& folder) {
@@ -354,8 +360,10 @@ void OutputFile::commit() {
     // Some file systems say only now that the disk is full.
     if (::close(state_->fd.release()) != 0) fail_with_reason(name_, "cannot write");
     if (state_->target.empty()) return;
-    if (::rename(state_->temporary.path(), state_->target.c_str()) != 0)
+    if (::rename(state_->temporary.path(), state_->target.c_str()) != 0) {
+        if (dying) wait_for_death();
         fail_with_reason(name_, "cannot rename the finished file");
+    }
     state_->committed = true;
 }
 

@@ -109,8 +109,13 @@ class HelpFormatter : public CLI::Formatter {
         return two_columns(app->get_name(), app->get_description());
     }
 
-    std::string make_usage(const CLI::App* app, std::string name) const override {
-        return CLI::Formatter::make_usage(app, std::move(name));
+    std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+        std::string help = CLI::Formatter::make_help(app, std::move(name), mode);
+        help = CLI::detail::find_and_replace(help, "\n\n\n", "\n\n");
+        while (help.ends_with("\n\n")) help.pop_back();
+        if (app->get_parent())
+            help += "\nThe common options hold too, see '" + app->get_parent()->get_name() + " --help'.\n";
+        return help;
     }
 };
 
@@ -195,9 +200,11 @@ std::string shown_size(uint64_t bytes) {
 
 // ---- command line ----
 
-void add_common_options(CLI::App& app) {
+constexpr const char* kHelpNames = "-h,--help";
+constexpr const char* kHelpText = "Print this help and exit";
+
+void add_common_options(CLI::App& app, const std::string& version) {
     const std::string group = "Common options";
-    app.get_help_ptr()->group(group);
     add_integer(app, "--threads", settings.threads, 0, 1024, "Threads to use, 0 for one per processor")
         ->group(group);
     app.add_flag("--quiet", settings.quiet, "Say nothing but errors")->group(group);
@@ -209,6 +216,8 @@ void add_common_options(CLI::App& app) {
                    "Write a report as JSON, one object a line; - for standard output")
         ->type_name("FILE")
         ->group(group);
+    app.set_version_flag("--version", version, "Print the version and exit")->group(group);
+    app.set_help_flag(kHelpNames, kHelpText)->group(group);
 }
 
 // CLI11 takes "--name=" and the next argument for a name and its value.
@@ -222,11 +231,12 @@ void refuse_empty_values(int argc, char** argv) {
 }
 
 std::string sentence_from(const CLI::App& app, const CLI::ParseError& error) {
-    if (dynamic_cast<const CLI::ExtrasError*>(&error)) {
-        const std::vector<std::string> extras = app.remaining(true);
-        const std::string first = extras.empty() ? "" : extras.front();
-        return (first.starts_with("-") && first != "-" ? "unknown option '" : "unexpected operand '") +
-               first + "'";
+    // An unknown option says more than the operand that is missing because of it.
+    std::vector<std::string> extras = app.remaining(true);
+    std::erase(extras, "--");
+    if (!extras.empty()) {
+        const bool is_option = extras.front().size() > 1 && extras.front().starts_with("-");
+        return (is_option ? "unknown option '" : "unexpected operand '") + extras.front() + "'";
     }
     std::string sentence = error.what();
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) && sentence.ends_with(" missing"))
@@ -291,15 +301,16 @@ Program::Program(std::string name, std::string description, std::string version)
     options.option_defaults()->always_capture_default()->multi_option_policy(
         CLI::MultiOptionPolicy::TakeLast);
     options.fallthrough();
-    options.set_help_flag("-h,--help", "Print this help and exit");
-    add_common_options(options);
-    options.set_version_flag("--version", name_ + " " + version_, "Print the version and exit")
-        ->group("Common options");
+    options.set_help_flag(kHelpNames, kHelpText);  // subcommands copy it when they are made
 }
 
 int Program::run(int argc, char** argv, const std::function<void()>& job) {
     // A closed pipe then is an error of write(), and what has been begun can be tidied away.
     std::signal(SIGPIPE, SIG_IGN);
+    // So is a file beyond the limit of its size (ulimit -f).
+    std::signal(SIGXFSZ, SIG_IGN);
+    // Last, so that --help lists them below the program's own.
+    add_common_options(options, name_ + " " + version_);
     return guarded([&] {
         if (const std::optional<int> status = parse(options, argc, argv)) return *status;
         set_thread_count(static_cast<int>(settings.threads));
