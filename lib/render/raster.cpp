@@ -21,12 +21,24 @@ constexpr size_t kVertexGrain = 4096;  // vertices handed to a thread at a time
 // the product of their magnitudes: six products, each with at most six roundings of 2^-53, and some room.
 constexpr double kRounding = 48 * 0x1p-53;
 
-// A vertex as the frame sees it.  The ray through pixel centre (X, Y), counted from the middle of the frame,
-// is (X, Y, 1) in the coordinates of `ray`.
-struct ViewVertex {
-    glm::dvec3 ray;  // focal_px * x, focal_px * y, z, all in units of the frame's scale
-    float px, py;    // projection, from the middle of the frame; only where ray.z > 0
+// A vertex in view space, in units of the frame's scale: (focal_px * x, focal_px * y, z).  The ray through
+// pixel centre (X, Y), counted from the middle of the frame, is (X, Y, 1) in these coordinates.
+using Ray = glm::dvec3;
+
+// Where a vertex falls among the pixel centres: those at or right of (below) it begin at `first`, those at or
+// left of (above) it end at `last`, give or take the rounding of the projection.  The ends are kept as ~last,
+// so that the box of a triangle is the least of each of its vertices' four numbers.
+struct Span {
+    int32_t first_x, first_y, not_last_x, not_last_y;
 };
+
+// first_x of a vertex at or behind the eye, which has no place on the screen.
+constexpr int32_t kBehind = std::numeric_limits<int32_t>::min();
+
+Span least(const Span& a, const Span& b) {
+    return {std::min(a.first_x, b.first_x), std::min(a.first_y, b.first_y),
+            std::min(a.not_last_x, b.not_last_x), std::min(a.not_last_y, b.not_last_y)};
+}
 
 // Pixels [first_x, last_x] x [first_y, last_y]; empty where last < first.
 struct PixelBox {
@@ -45,7 +57,7 @@ struct Raster {
     int tiles_x, tiles_y;
     double half_width, half_height;
     double reach;  // no pixel centre has |X| or |Y| above it
-    float slack;   // pixels by which a projection in float may be off inside the frame
+    double slack;  // pixels by which a projection may be off inside the frame, generously
 
     Raster(int w, int h)
         : width(w),
@@ -55,7 +67,7 @@ struct Raster {
           half_width(0.5 * w),
           half_height(0.5 * h),
           reach(std::max(half_width, half_height)),
-          slack(float(reach) * 0x1p-21f) {}
+          slack(reach * 0x1p-40) {}
 
     PixelBox all() const { return {0, 0, width - 1, height - 1}; }
     PixelBox tile(int tx, int ty) const {
@@ -65,22 +77,27 @@ struct Raster {
     double centre_y(int j) const { return j + 0.5 - half_height; }
 };
 
-// The pixels whose centres lie in [low, high] (from the middle of the frame) along an axis of `count` pixels.
-// Comparisons are written so that any input, NaN too, gives a range inside the frame or an empty one.
-void pixel_range(float low, float high, float half, int count, int& first, int& last) {
-    const float from = std::ceil(low + half - 0.5f);
-    const float to = std::floor(high + half - 0.5f);
-    first = from > 0 ? (from < float(count) ? int(from) : count) : 0;
-    last = to < float(count - 1) ? (to >= 0 ? int(to) : -1) : count - 1;
+// The first of `count` pixels along an axis whose centre is at or after `place` (pixels from the edge of the
+// frame), and the last whose centre is at or before it; `count` and -1 where there is none.  Written so that
+// anything, NaN too, gives numbers in these ranges.
+int32_t first_after(double place, int count) {
+    if (!(place > 0.5)) return 0;
+    if (place > count - 0.5) return count;
+    const int32_t before = int32_t(place - 0.5);
+    return before + (before + 0.5 < place);
 }
 
-PixelBox box_before_eye(const Raster& raster, const ViewVertex& a, const ViewVertex& b, const ViewVertex& c) {
-    PixelBox box;
-    pixel_range(std::min({a.px, b.px, c.px}) - raster.slack, std::max({a.px, b.px, c.px}) + raster.slack,
-                float(raster.half_width), raster.width, box.first_x, box.last_x);
-    pixel_range(std::min({a.py, b.py, c.py}) - raster.slack, std::max({a.py, b.py, c.py}) + raster.slack,
-                float(raster.half_height), raster.height, box.first_y, box.last_y);
-    return box;
+int32_t last_before(double place, int count) {
+    if (!(place < count - 0.5)) return count - 1;
+    return place < 0.5 ? -1 : int32_t(place - 0.5);
+}
+
+Span span_of(const Raster& raster, const Ray& ray) {
+    if (!(ray.z > 0)) return {kBehind, 0, 0, 0};
+    const double inverse = 1 / ray.z;
+    const double x = ray.x * inverse + raster.half_width, y = ray.y * inverse + raster.half_height;
+    return {first_after(x - raster.slack, raster.width), first_after(y - raster.slack, raster.height),
+            ~last_before(x + raster.slack, raster.width), ~last_before(y + raster.slack, raster.height)};
 }
 
 // True if v lies outside the side of the view pyramid where sign * coordinate = half * z, beyond doubt.
@@ -91,8 +108,9 @@ bool beyond(double coordinate, double z, double half, double sign) {
 
 // The pixels that a triangle reaching behind the eye may cover: none, where one side of the view pyramid
 // (which goes through the eye, so the test holds behind it too) has it wholly outside, else all.
-PixelBox box_across_eye(const Raster& raster, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+PixelBox box_across_eye(const Raster& raster, const Ray& a, const Ray& b, const Ray& c) {
     const PixelBox none{0, 0, -1, -1};
+    if (a.z <= 0 && b.z <= 0 && c.z <= 0) return none;
     for (const double sign : {-1.0, 1.0}) {
         const double w = raster.half_width, h = raster.half_height;
         if (beyond(a.x, a.z, w, sign) && beyond(b.x, b.z, w, sign) && beyond(c.x, c.z, w, sign)) return none;
@@ -101,80 +119,70 @@ PixelBox box_across_eye(const Raster& raster, const glm::dvec3& a, const glm::dv
     return raster.all();
 }
 
-PixelBox triangle_box(const Raster& raster, const ViewVertex& a, const ViewVertex& b, const ViewVertex& c) {
-    if (a.ray.z > 0 && b.ray.z > 0 && c.ray.z > 0) return box_before_eye(raster, a, b, c);
-    if (a.ray.z <= 0 && b.ray.z <= 0 && c.ray.z <= 0) return {0, 0, -1, -1};
-    return box_across_eye(raster, a.ray, b.ray, c.ray);
-}
-
-// The edge from `a` to `b`.  value(X, Y) > 0 where the ray passes on the triangle's side of it.
-struct Edge {
-    glm::dvec3 a, b;
-    glm::dvec3 normal;  // sign * cross(a, b)
-    double rounding;    // value() is off by at most this
-    int sign;           // of the triangle's orientation
-
-    double value(double x, double y) const { return normal.x * x + (normal.y * y + normal.z); }
-
-    // As value() > 0, exactly; a ray on the edge counts as if it were moved to the right by an infinitely
-    // small amount, and down by one infinitely smaller.
-    bool inside_exactly(double x, double y) const {
-        int side = orientation(a, b, {x, y, 1});
-        if (side == 0) side = orientation(a, b, {1, 0, 0});
-        if (side == 0) side = orientation(a, b, {0, 1, 0});
-        return side * sign > 0;
-    }
-
-    bool inside(double value, double x, double y) const {
-        if (value > rounding) return true;
-        if (value < -rounding) return false;
-        return inside_exactly(x, y);
-    }
-};
-
-// A triangle ready to be drawn.  Of a ray r inside all edges, r = sum of value_i * vertex_i / |det|: the
-// values are the perspective-correct weights of the vertices opposite the edges, and the point lies before
-// the eye because the determinant's sign is in the edges'.
+// A triangle ready to be drawn.  Edge i is opposite vertex i; value(i, X, Y) > 0 where the ray through (X, Y)
+// passes on the triangle's side of it.  A ray inside all edges meets the triangle before the eye, because the
+// values have been given the sign of the triangle's determinant, and they are the perspective-correct weights
+// of the vertices.
 struct TriangleSetup {
-    Edge edges[3];
-    glm::dvec3 z;  // depths of the vertices
-    double nearest, farthest;
+    const Ray* vertices[3];
+    glm::dvec3 normals[3];  // sign * cross product of the edge's ends
+    double rounding[3];     // value(i) is off by at most this
+    int sign;
+    double nearest, farthest;  // depths
 
     // False for a triangle that is seen edge-on or has no area: it covers nothing.
-    bool set(const Raster& raster, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
-        const glm::dvec3 vertices[3] = {a, b, c};
-        glm::dvec3 normals[3];
-        double magnitude[3];
-        for (int i = 0; i < 3; ++i) {
-            const glm::dvec3& v = vertices[i];
-            normals[i] = glm::cross(vertices[(i + 1) % 3], vertices[(i + 2) % 3]);
-            magnitude[i] = std::max({std::abs(v.x), std::abs(v.y), raster.reach * std::abs(v.z)});
-        }
+    [[gnu::always_inline]] bool set(const Raster& raster, const Ray& a, const Ray& b, const Ray& c) {
+        vertices[0] = &a, vertices[1] = &b, vertices[2] = &c;
+        const double ma = magnitude(raster, a), mb = magnitude(raster, b), mc = magnitude(raster, c);
+        normals[0] = glm::cross(b, c), normals[1] = glm::cross(c, a), normals[2] = glm::cross(a, b);
+        rounding[0] = kRounding * mb * mc, rounding[1] = kRounding * mc * ma,
+        rounding[2] = kRounding * ma * mb;
         const double det = glm::dot(normals[0], a);
-        const double doubt = kRounding * magnitude[0] * magnitude[1] * magnitude[2] / raster.reach;
-        int sign = det > doubt ? 1 : det < -doubt ? -1 : orientation(a, b, c);
+        const double doubt = rounding[0] * ma / raster.reach;
+        sign = det > doubt ? 1 : det < -doubt ? -1 : orientation(a, b, c);
         if (sign == 0) return false;
-        for (int i = 0; i < 3; ++i) {
-            const int from = (i + 1) % 3, to = (i + 2) % 3;
-            edges[i] = {vertices[from], vertices[to], double(sign) * normals[i],
-                        kRounding * magnitude[from] * magnitude[to], sign};
-        }
-        z = {a.z, b.z, c.z};
-        nearest = std::max(0.0, std::min({a.z, b.z, c.z}));
-        farthest = std::max({a.z, b.z, c.z});
+        for (glm::dvec3& normal : normals) normal *= double(sign);
+        nearest = std::max(0.0, std::min(std::min(a.z, b.z), c.z));
+        farthest = std::max(std::max(a.z, b.z), c.z);
         return true;
+    }
+
+    double value(int edge, double x, double y) const {
+        return normals[edge].x * x + (normals[edge].y * y + normals[edge].z);
+    }
+
+    // `known`: value(edge, x, y).
+    bool inside(int edge, double known, double x, double y) const {
+        if (known > rounding[edge]) return true;
+        if (known < -rounding[edge]) return false;
+        return inside_exactly(edge, x, y);
+    }
+
+    // A ray on the edge counts as if it were moved to the right by an infinitely small amount, and down by
+    // one infinitely smaller.
+    [[gnu::noinline]] bool inside_exactly(int edge, double x, double y) const {
+        const Ray &from = *vertices[(edge + 1) % 3], &to = *vertices[(edge + 2) % 3];
+        int side = orientation(from, to, {x, y, 1});
+        if (side == 0) side = orientation(from, to, {1, 0, 0});
+        if (side == 0) side = orientation(from, to, {0, 1, 0});
+        return side * sign > 0;
     }
 
     // False only if no pixel of `box` can be covered: all its corners are outside one edge.
     bool may_touch(const Raster& raster, const PixelBox& box) const {
         const double x[2] = {raster.centre_x(box.first_x), raster.centre_x(box.last_x)};
         const double y[2] = {raster.centre_y(box.first_y), raster.centre_y(box.last_y)};
-        for (const Edge& edge : edges) {
-            const double most = std::max(std::max(edge.value(x[0], y[0]), edge.value(x[1], y[0])),
-                                         std::max(edge.value(x[0], y[1]), edge.value(x[1], y[1])));
-            if (most < -edge.rounding) return false;
+        for (int edge = 0; edge < 3; ++edge) {
+            const double most = std::max(std::max(value(edge, x[0], y[0]), value(edge, x[1], y[0])),
+                                         std::max(value(edge, x[0], y[1]), value(edge, x[1], y[1])));
+            if (most < -rounding[edge]) return false;
         }
         return true;
+    }
+
+  private:
+    static double magnitude(const Raster& raster, const Ray& v) {
+        return std::max(std::max(std::abs(v.x), std::abs(v.y)), raster.reach * std::abs(v.z));
     }
 };
 
@@ -189,24 +197,23 @@ struct TileBuffer {
 
 void draw_triangle(const Raster& raster, const TriangleSetup& setup, const PixelBox& box,
                    const PixelBox& tile, uint32_t triangle, TileBuffer& out) {
-    const Edge& ea = setup.edges[0];
-    const Edge& eb = setup.edges[1];
-    const Edge& ec = setup.edges[2];
     for (int j = box.first_y; j <= box.last_y; ++j) {
         const double y = raster.centre_y(j);
         for (int i = box.first_x; i <= box.last_x; ++i) {
             const int at = (j - tile.first_y) * kTile + (i - tile.first_x);
             if (!(setup.nearest < out.z[at])) continue;
             const double x = raster.centre_x(i);
-            const double va = ea.value(x, y), vb = eb.value(x, y), vc = ec.value(x, y);
-            if (!ea.inside(va, x, y) || !eb.inside(vb, x, y) || !ec.inside(vc, x, y)) continue;
+            const double va = setup.value(0, x, y), vb = setup.value(1, x, y), vc = setup.value(2, x, y);
+            if (!setup.inside(0, va, x, y) || !setup.inside(1, vb, x, y) || !setup.inside(2, vc, x, y))
+                continue;
             // Inside by the exact test, a value may still be rounded to just below 0; a sliver's three may
             // all be 0.
             const double wa = std::max(va, 0.0), wb = std::max(vb, 0.0), wc = std::max(vc, 0.0);
             const double sum = wa + wb + wc;
             const double inverse = sum > 0 ? 1 / sum : 0;
-            const double z = std::clamp((wa * setup.z[0] + wb * setup.z[1] + wc * setup.z[2]) * inverse,
-                                        setup.nearest, setup.farthest);
+            const double z = std::clamp(
+                (wa * setup.vertices[0]->z + wb * setup.vertices[1]->z + wc * setup.vertices[2]->z) * inverse,
+                setup.nearest, setup.farthest);
             if (!(z < out.z[at])) continue;
             out.z[at] = z;
             out.triangle[at] = triangle;
@@ -303,7 +310,8 @@ struct MeshRaster::State {
     const mesh::Mesh& mesh;
     std::vector<glm::vec3> own_normals;  // empty where the mesh's will do
     double largest_coordinate = 0;
-    std::vector<ViewVertex> vertices;
+    std::vector<Ray> rays;    // of the vertices
+    std::vector<Span> spans;  // likewise
     std::vector<Piece> pieces;
 
     explicit State(const mesh::Mesh& m) : mesh(m) {
@@ -325,18 +333,23 @@ struct MeshRaster::State {
         return reach > 0 && std::isfinite(reach) ? std::ldexp(1.0, -std::ilogb(reach)) : 1.0;
     }
 
-    void transform(const geom::View& view, double scale) {
-        vertices.resize(mesh.positions.size());
-        core::parallel_pieces(vertices.size(), kVertexGrain, [&](size_t begin, size_t end) {
+    void transform(const Raster& raster, const geom::View& view, double scale) {
+        rays.resize(mesh.positions.size());
+        spans.resize(rays.size());
+        core::parallel_pieces(rays.size(), kVertexGrain, [&](size_t begin, size_t end) {
             for (size_t v = begin; v < end; ++v) {
                 const glm::dvec3 p = view.view_from_world(mesh.world(v)) * scale;
-                ViewVertex& out = vertices[v];
-                out.ray = {view.focal_px * p.x, view.focal_px * p.y, p.z};
-                constexpr double kFar = 1e9;  // pixels: beyond any frame, and safe to keep as float
-                out.px = float(std::clamp(out.ray.x / p.z, -kFar, kFar));
-                out.py = float(std::clamp(out.ray.y / p.z, -kFar, kFar));
+                rays[v] = {view.focal_px * p.x, view.focal_px * p.y, p.z};
+                spans[v] = span_of(raster, rays[v]);
             }
         });
+    }
+
+    // The pixels that a triangle may cover.
+    PixelBox box_of(const Raster& raster, const glm::u32vec3& t) const {
+        const Span all = least(least(spans[t[0]], spans[t[1]]), spans[t[2]]);
+        if (all.first_x == kBehind) return box_across_eye(raster, rays[t[0]], rays[t[1]], rays[t[2]]);
+        return {all.first_x, all.first_y, ~all.not_last_x, ~all.not_last_y};
     }
 
     void sort_into_tiles(const Raster& raster) {
@@ -354,7 +367,7 @@ struct MeshRaster::State {
 
     void add_triangle(const Raster& raster, uint32_t index, Piece& piece) const {
         const glm::u32vec3 t = mesh.triangles[index];
-        const PixelBox box = triangle_box(raster, vertices[t[0]], vertices[t[1]], vertices[t[2]]);
+        const PixelBox box = box_of(raster, t);
         if (box.empty()) return;
         const int tx0 = box.first_x / kTile, tx1 = box.last_x / kTile;
         const int ty0 = box.first_y / kTile, ty1 = box.last_y / kTile;
@@ -363,7 +376,7 @@ struct MeshRaster::State {
             return;
         }
         TriangleSetup setup;
-        if (!setup.set(raster, vertices[t[0]].ray, vertices[t[1]].ray, vertices[t[2]].ray)) return;
+        if (!setup.set(raster, rays[t[0]], rays[t[1]], rays[t[2]])) return;
         for (int ty = ty0; ty <= ty1; ++ty) {
             for (int tx = tx0; tx <= tx1; ++tx) {
                 if (!setup.may_touch(raster, intersect(box, raster.tile(tx, ty)))) continue;
@@ -378,11 +391,9 @@ struct MeshRaster::State {
             for (uint32_t e = piece.begin[tile_index]; e < piece.begin[tile_index + 1]; ++e) {
                 const uint32_t index = piece.triangles[e];
                 const glm::u32vec3 t = mesh.triangles[index];
-                const ViewVertex &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
-                const PixelBox box = intersect(triangle_box(raster, a, b, c), tile);
                 TriangleSetup setup;
-                if (setup.set(raster, a.ray, b.ray, c.ray))
-                    draw_triangle(raster, setup, box, tile, index, out);
+                if (!setup.set(raster, rays[t[0]], rays[t[1]], rays[t[2]])) continue;
+                draw_triangle(raster, setup, intersect(box_of(raster, t), tile), tile, index, out);
             }
         }
     }
@@ -424,7 +435,7 @@ void MeshRaster::draw(const geom::View& view, Shade shade, glm::u8vec3 backgroun
     const Raster raster(view.width, view.height);
     const Shader shader(view, shade, background);
     const double scale = state_->frame_scale(view);
-    state_->transform(view, scale);
+    state_->transform(raster, view, scale);
     state_->sort_into_tiles(raster);
     core::parallel_for(size_t(raster.tiles_x) * size_t(raster.tiles_y), [&](size_t tile) {
         TileBuffer drawn;
