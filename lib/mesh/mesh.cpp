@@ -6,18 +6,43 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "mesh/draco.h"
+#include "mesh/obj.h"
+#include "mesh/off.h"
 #include "mesh/ply.h"
 #include "mesh/reader.h"
+#include "mesh/stl.h"
+#include "mesh/text.h"
 
 namespace mesh {
 
 namespace {
 
+// The first word of the text, after comments.
+std::string_view first_word(const Source& source) {
+    return TextReader(source, 0, '#').word();
+}
+
+bool has_extension(const Source& source, std::string_view extension) {
+    const std::string& name = source.name;
+    return name.size() > extension.size() &&
+           std::equal(extension.rbegin(), extension.rend(), name.rbegin(),
+                      [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+}
+
 ReadResult read_source(const Source& source, const ReadOptions& options) {
     const std::string_view text = source.text();
     if (text.empty()) throw core::Error(source.name + ": the file is empty");
     if (text.starts_with("ply")) return read_ply(source, options);
-    throw core::Error(source.name + ": neither PLY, OBJ, OFF, STL nor Draco");
+    if (text.starts_with("DRACO")) return read_draco(source, options);
+    if (is_off_keyword(first_word(source))) return read_off(source, options);
+    // A binary STL may begin with anything.
+    if (is_binary_stl(source)) return read_stl(source, options);
+    if (has_extension(source, ".obj")) return read_obj(source, options);
+    if (has_extension(source, ".off")) return read_off(source, options);
+    if (has_extension(source, ".stl") || text.starts_with("solid")) return read_stl(source, options);
+    if (is_obj_keyword(first_word(source))) return read_obj(source, options);
+    throw core::Error(source.name + ": header: neither PLY, OBJ, OFF, STL nor Draco");
 }
 
 template <class T>
