@@ -1,1 +1,193 @@
 #include "render/splatter.h"
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/parallel.h"
+#include "render/splat_record.h"
+#include "render/tile.h"
+
+namespace render {
+namespace {
+
+// Splats of one task that touch one tile: order[begin..end) of the task.
+struct Run {
+    uint32_t tile, begin, end;
+};
+
+// One task's part of a frame.  Memory stays from frame to frame.
+struct alignas(64) Task {
+    std::vector<SplatRecord> records;  // the first `count` are this frame's
+    size_t count = 0;
+    std::vector<NearSplat> near_splats;
+    std::vector<uint32_t> order;  // indices of records, tile by tile
+    std::vector<Run> runs;
+    std::vector<uint32_t> ends;  // scratch of the sort, one per tile of the task's part of the screen
+};
+
+struct TileBox {
+    int x0, y0, x1, y1;  // inclusive
+};
+
+TileBox tiles_of(const SplatRecord& r) {
+    return {r.x0 / kTileWidth, r.y0 / kTileHeight, r.x1 / kTileWidth, r.y1 / kTileHeight};
+}
+
+// Calls body(place of the tile in `area`, row by row) for each tile of the splat.
+template <class Body>
+void for_each_tile(const SplatRecord& r, const TileBox& area, const Body& body) {
+    const TileBox box = tiles_of(r);
+    const int across = area.x1 - area.x0 + 1;
+    for (int y = box.y0; y <= box.y1; ++y) {
+        for (int x = box.x0; x <= box.x1; ++x) body(size_t((y - area.y0) * across + (x - area.x0)));
+    }
+}
+
+// Counting sort of a task's splats into tiles; within a tile they keep their order.
+void sort_into_tiles(Task& task, int tiles_across) {
+    task.runs.clear();
+    if (task.count == 0) return;
+    TileBox area = tiles_of(task.records[0]);
+    for (size_t i = 1; i < task.count; ++i) {
+        const TileBox box = tiles_of(task.records[i]);
+        area = {std::min(area.x0, box.x0), std::min(area.y0, box.y0), std::max(area.x1, box.x1),
+                std::max(area.y1, box.y1)};
+    }
+    const int across = area.x1 - area.x0 + 1;
+    task.ends.assign(size_t(across) * size_t(area.y1 - area.y0 + 1), 0);
+    for (size_t i = 0; i < task.count; ++i) {
+        for_each_tile(task.records[i], area, [&](size_t place) { ++task.ends[place]; });
+    }
+    uint32_t total = 0;
+    for (size_t place = 0; place < task.ends.size(); ++place) {
+        const uint32_t count = task.ends[place];
+        task.ends[place] = total;
+        if (count == 0) continue;
+        const int x = area.x0 + int(place) % across, y = area.y0 + int(place) / across;
+        task.runs.push_back({uint32_t(y * tiles_across + x), total, total + count});
+        total += count;
+    }
+    if (task.order.size() < total) task.order.resize(total);
+    for (size_t i = 0; i < task.count; ++i) {
+        for_each_tile(task.records[i], area,
+                      [&](size_t place) { task.order[task.ends[place]++] = static_cast<uint32_t>(i); });
+    }
+}
+
+struct alignas(64) TileState {
+    float floats[kTileStateFloats];
+};
+
+}  // namespace
+
+struct Splatter::State {
+    SetupParams params;
+    int tiles_across = 0, tiles_down = 0;
+    size_t task_count = 0;
+    std::vector<Task> tasks;
+
+    // Filled by finish(): runs of all tasks, tile by tile, tasks in order.
+    std::vector<uint32_t> run_ends;
+    std::vector<TileRun> runs;
+    std::vector<NearSplat> near_splats;
+    tbb::enumerable_thread_specific<TileState> tile_states;
+
+    void sort_runs();
+    void fill_background(const TileJob& job, Frame& frame) const;
+    void draw(size_t tile, Frame& frame);
+};
+
+Splatter::Splatter() : state_(std::make_unique<State>()) {}
+Splatter::~Splatter() = default;
+
+void Splatter::begin(const geom::View& view, const SplatterOptions& options, size_t task_count) {
+    State& s = *state_;
+    s.params = {view, options};
+    s.tiles_across = (view.width + kTileWidth - 1) / kTileWidth;
+    s.tiles_down = (view.height + kTileHeight - 1) / kTileHeight;
+    s.task_count = task_count;
+    if (s.tasks.size() < task_count) s.tasks.resize(task_count);
+    for (size_t i = 0; i < task_count; ++i) {
+        s.tasks[i].count = 0;
+        s.tasks[i].near_splats.clear();
+        s.tasks[i].runs.clear();
+    }
+}
+
+void Splatter::add(size_t task_index, const SplatBatch& batch) {
+    Task& task = state_->tasks[task_index];
+    const size_t room = task.count + static_cast<size_t>(batch.count);
+    if (task.records.size() < room) task.records.resize(std::max(room, 2 * task.records.size()));
+    task.count += set_up_splats(state_->params, batch, task.records.data() + task.count, task.near_splats);
+}
+
+void Splatter::end_task(size_t task_index) {
+    sort_into_tiles(state_->tasks[task_index], state_->tiles_across);
+}
+
+// Counting sort once more, of the tasks' runs by tile; a few thousand.
+void Splatter::State::sort_runs() {
+    const size_t tiles = size_t(tiles_across) * size_t(tiles_down);
+    run_ends.assign(tiles + 1, 0);
+    near_splats.clear();
+    for (size_t t = 0; t < task_count; ++t) {
+        for (const Run& run : tasks[t].runs) ++run_ends[run.tile + 1];
+        near_splats.insert(near_splats.end(), tasks[t].near_splats.begin(), tasks[t].near_splats.end());
+    }
+    for (size_t tile = 0; tile < tiles; ++tile) run_ends[tile + 1] += run_ends[tile];
+    runs.resize(run_ends[tiles]);
+    // From the last task down, so that run_ends[tile + 1] ends as the tile's begin.
+    for (size_t t = task_count; t-- > 0;) {
+        for (const Run& run : tasks[t].runs) {
+            runs[--run_ends[run.tile + 1]] = {tasks[t].records.data(), tasks[t].order.data() + run.begin,
+                                              run.end - run.begin};
+        }
+    }
+}
+
+void Splatter::State::fill_background(const TileJob& job, Frame& frame) const {
+    const glm::u8vec3 c = params.options.background;
+    for (int y = job.y0; y < job.y0 + job.height; ++y) {
+        const size_t at = size_t(y) * size_t(frame.width) + size_t(job.x0);
+        std::fill_n(frame.depth.begin() + static_cast<std::ptrdiff_t>(at), job.width,
+                    std::numeric_limits<float>::infinity());
+        uint8_t* out = frame.rgb.data() + 3 * at;
+        if (c.r == c.g && c.g == c.b) {
+            std::memset(out, c.r, size_t(job.width) * 3);
+            continue;
+        }
+        for (int x = 0; x < job.width; ++x, out += 3) out[0] = c.r, out[1] = c.g, out[2] = c.b;
+    }
+}
+
+void Splatter::State::draw(size_t tile, Frame& frame) {
+    TileJob job;
+    job.x0 = int(tile % size_t(tiles_across)) * kTileWidth;
+    job.y0 = int(tile / size_t(tiles_across)) * kTileHeight;
+    job.width = std::min(kTileWidth, frame.width - job.x0);
+    job.height = std::min(kTileHeight, frame.height - job.y0);
+    const size_t begin = run_ends[tile + 1];
+    const size_t end = tile + 2 < run_ends.size() ? run_ends[tile + 2] : runs.size();
+    job.runs = std::span(runs).subspan(begin, end - begin);
+    job.near_splats = near_splats;
+    if (job.runs.empty() && job.near_splats.empty()) return fill_background(job, frame);
+    draw_tile(params, job, tile_states.local().floats, frame);
+}
+
+void Splatter::finish(Frame& frame) {
+    State& s = *state_;
+    const geom::View& view = s.params.view;
+    const size_t pixels = size_t(view.width) * size_t(view.height);
+    // Every pixel is written below; clearing them first would cost a tenth of a frame.
+    if (frame.width != view.width || frame.height != view.height || frame.depth.size() != pixels ||
+        frame.rgb.size() != 3 * pixels) {
+        frame.resize(view.width, view.height);
+    }
+    s.sort_runs();
+    core::parallel_for(size_t(s.tiles_across) * size_t(s.tiles_down),
+                       [&](size_t tile) { s.draw(tile, frame); });
+}
+
+}  // namespace render

@@ -1,0 +1,383 @@
+// Set-up of splats, as many at a time as the machine's vectors hold.
+#include "render/splat_record.h"
+
+#include <algorithm>
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "render/splat_setup.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "render/shading-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace render::HWY_NAMESPACE {
+
+using F = hn::ScalableTag<float>;
+using V = hn::Vec<F>;
+using U = hn::RebindToUnsigned<F>;
+
+// Below this, what is left of the depth before the eye (1 - (extent in z / z)^2) is a difference with too few
+// digits to divide by, and the outline is wider than any screen: such splats go by way of NearSplat.
+constexpr float kMinClearance = 1.0f / 64.0f;
+
+// Nothing is thinner: keeps the ratios of the axes, and their squares, within float.
+constexpr float kMinFlatness = 1.0f / 4096.0f;
+
+// Outlines grow by this part of themselves, so that rounding cannot open a hole between two splats
+// that share a boundary; one thousandth of a pixel at 100 px.
+constexpr float kGrowth = 1.0e-5f;
+
+// No radius in pixels is less: squares of it stay within float.
+constexpr float kMinRadiusPx = 1.0e-5f;
+
+// F's lanes in double, in two vectors (the one lane of the scalar target in each).
+#if HWY_TARGET == HWY_SCALAR
+using DF = hn::Rebind<double, F>;
+#else
+using DF = hn::RepartitionToWide<F>;
+#endif
+
+struct DoubleLanes {
+    hn::Vec<DF> low, high;
+};
+
+HWY_INLINE DoubleLanes promote(V v) {
+#if HWY_TARGET == HWY_SCALAR
+    return {hn::PromoteTo(DF(), v), hn::PromoteTo(DF(), v)};
+#else
+    const hn::Half<F> half;
+    return {hn::PromoteTo(DF(), hn::LowerHalf(half, v)), hn::PromoteTo(DF(), hn::UpperHalf(half, v))};
+#endif
+}
+
+HWY_INLINE V demote(DoubleLanes v) {
+#if HWY_TARGET == HWY_SCALAR
+    return hn::DemoteTo(F(), v.low);
+#else
+    const hn::Half<F> half;
+    return hn::Combine(F(), hn::DemoteTo(half, v.high), hn::DemoteTo(half, v.low));
+#endif
+}
+
+HWY_INLINE DoubleLanes multiply(DoubleLanes a, DoubleLanes b) {
+    return {hn::Mul(a.low, b.low), hn::Mul(a.high, b.high)};
+}
+
+HWY_INLINE DoubleLanes scale(DoubleLanes a, double s) {
+    const auto factor = hn::Set(DF(), s);
+    return {hn::Mul(a.low, factor), hn::Mul(a.high, factor)};
+}
+
+HWY_INLINE V square(V v) {
+    return hn::Mul(v, v);
+}
+
+// Outline and depth of N splats; offsets and extents in pixels about the projection of the centre.
+struct Outline {
+    V centre_dx, centre_dy;
+    V extent_x, extent_y;
+    V l1, l2, l3;
+    V w, w_dx, w_dy;
+    V clearance;  // > 0: wholly before the eye (or wholly behind it)
+};
+
+// With P = p/z, r = R/z, c = rho^2 the ellipsoid is the set of planes (dual quadric) r^2 S - P P^T,
+// S = 1 - (1 - c) n n^T, and its outline's dual conic is that matrix itself.  With D = 1 - r^2 S_zz,
+// a = (1, 0, -P_x), b = (0, 1, -P_y), the outline has its centre at P_xy + r^2 (P_xy S_zz - S_xy,z) / D and
+//     covariance  r^2/D^2 [[aSa - r^2 (SxxSzz - Sxz^2), ...]],    determinant  r^4/D^3 (s - c r^2),
+// s = c P.P + (1 - c) (n.P)^2.  Each of these is written as a sum of squares (aSa = |a x n|^2 + c (a.n)^2),
+// so that the only difference left is the one that vanishes where the splat reaches the eye's plane.
+HWY_INLINE Outline ellipsoid_outline(float focal_px, V tx, V ty, V inverse_z, V r, V radius_px, V nx, V ny,
+                                     V nz, V flatness) {
+    const F d;
+    const V one = hn::Set(d, 1.0f);
+    const V tiny = hn::Set(d, 1.0e-30f);
+    const V c = square(hn::Max(flatness, hn::Set(d, kMinFlatness)));
+    const V g = hn::Sub(one, c);
+    const V r2 = square(r);
+    const V nx2 = square(nx), ny2 = square(ny), nz2 = square(nz);
+
+    const V szz = hn::Add(hn::Add(nx2, ny2), hn::Mul(c, nz2));
+    const V clearance = hn::Sub(one, hn::Mul(r2, szz));
+    const V inverse_clearance = hn::Div(one, clearance);
+    const V shift = hn::Mul(r2, inverse_clearance);
+    const V ex = hn::Mul(shift, hn::Add(hn::Mul(tx, szz), hn::Mul(g, hn::Mul(nx, nz))));
+    const V ey = hn::Mul(shift, hn::Add(hn::Mul(ty, szz), hn::Mul(g, hn::Mul(ny, nz))));
+
+    // a x n = (tx ny, -ax, ny), b x n = (by, -ty nx, -nx).
+    const V ax = hn::Add(nz, hn::Mul(tx, nx)), by = hn::Add(nz, hn::Mul(ty, ny));
+    const V an = hn::Sub(nx, hn::Mul(tx, nz)), bn = hn::Sub(ny, hn::Mul(ty, nz));
+    const V asa =
+        hn::Add(hn::Add(hn::Mul(ny2, hn::Add(one, square(tx))), square(ax)), hn::Mul(c, square(an)));
+    const V bsb =
+        hn::Add(hn::Add(hn::Mul(nx2, hn::Add(one, square(ty))), square(by)), hn::Mul(c, square(bn)));
+    const V asb =
+        hn::Add(hn::Sub(hn::Add(hn::Mul(hn::Mul(tx, ny), by), hn::Mul(hn::Mul(ty, nx), ax)), hn::Mul(nx, ny)),
+                hn::Mul(c, hn::Mul(an, bn)));
+    const V vxx = hn::Max(hn::Sub(asa, hn::Mul(r2, hn::Add(ny2, hn::Mul(c, hn::Add(nx2, nz2))))), tiny);
+    const V vyy = hn::Max(hn::Sub(bsb, hn::Mul(r2, hn::Add(nx2, hn::Mul(c, hn::Add(ny2, nz2))))), tiny);
+    const V vxy = hn::Add(asb, hn::Mul(r2, hn::Mul(g, hn::Mul(nx, ny))));
+
+    const V np = hn::Add(hn::Add(hn::Mul(nx, tx), hn::Mul(ny, ty)), nz);
+    const V pp = hn::Add(hn::Add(square(tx), square(ty)), one);
+    const V s = hn::Add(hn::Mul(c, pp), hn::Mul(g, square(np)));
+    const V det = hn::Max(hn::Sub(s, hn::Mul(c, r2)), tiny);
+
+    Outline o;
+    const V focal = hn::Set(d, focal_px);
+    const V scale_px = hn::Mul(radius_px, inverse_clearance);
+    o.clearance = clearance;
+    o.centre_dx = hn::Mul(ex, focal);
+    o.centre_dy = hn::Mul(ey, focal);
+    o.extent_x = hn::Mul(scale_px, hn::Sqrt(vxx));
+    o.extent_y = hn::Mul(scale_px, hn::Sqrt(vyy));
+
+    // Cholesky factor of the inverse covariance.
+    const V edge = hn::Set(d, (1.0f - 0.5f * kEdge) * (1.0f - kGrowth));
+    const V inverse_radius_px = hn::Div(edge, radius_px);
+    const V k = hn::Mul(hn::Sqrt(hn::Div(clearance, hn::Mul(vyy, det))), inverse_radius_px);
+    o.l1 = hn::Mul(vyy, k);
+    o.l2 = hn::Neg(hn::Mul(vxy, k));
+    o.l3 = hn::Div(edge, o.extent_y);
+
+    // Polar plane: 1/z = (1 + e.u/s) / z0 with u = c P + (1 - c) (n.P) n.
+    const V gnp = hn::Mul(g, np);
+    const V inverse_s = hn::Div(one, s);
+    const V ux = hn::Mul(inverse_s, hn::Add(hn::Mul(c, tx), hn::Mul(gnp, nx)));
+    const V uy = hn::Mul(inverse_s, hn::Add(hn::Mul(c, ty), hn::Mul(gnp, ny)));
+    const V inverse_z_px = hn::Mul(inverse_z, hn::Set(d, 1.0f / focal_px));
+    o.w = hn::Mul(inverse_z, hn::Add(one, hn::Add(hn::Mul(ex, ux), hn::Mul(ey, uy))));
+    o.w_dx = hn::Mul(inverse_z_px, ux);
+    o.w_dy = hn::Mul(inverse_z_px, uy);
+    return o;
+}
+
+// Screen-aligned: depth of the centre everywhere.
+HWY_INLINE Outline aligned_outline(V inverse_z, V radius_px, bool square_kind) {
+    const F d;
+    Outline o;
+    const V zero = hn::Zero(d);
+    o.clearance = hn::Set(d, 1.0f);
+    o.centre_dx = o.centre_dy = zero;
+    o.extent_x = o.extent_y = radius_px;
+    const float edge = square_kind ? 1.0f : 1.0f - 0.5f * kEdge;
+    o.l1 = o.l3 = hn::Div(hn::Set(d, edge), radius_px);
+    o.l2 = zero;
+    o.w = inverse_z;
+    o.w_dx = o.w_dy = zero;
+    return o;
+}
+
+// First and last pixel whose centres lie within `extent` of `centre`, on a screen `size` wide.
+struct PixelRange {
+    V first, last;
+    hn::Mask<F> any;
+};
+
+HWY_INLINE PixelRange pixel_range(V centre, V extent, int size) {
+    const F d;
+    const float width = static_cast<float>(size);
+    // What float can be off by at that place, and more.
+    const V reach = hn::Add(hn::Mul(extent, hn::Set(d, 1.0001f)), hn::Set(d, 1.0e-4f + width * 3.0e-7f));
+    const V middle = hn::Sub(centre, hn::Set(d, 0.5f));
+    const V low = hn::Sub(middle, reach), high = hn::Add(middle, reach);
+    const auto valid =
+        hn::And(hn::Le(low, hn::Set(d, width - 1.0f)), hn::Ge(high, hn::Zero(d)));  // false for NaN
+    PixelRange range;
+    range.first = hn::Ceil(hn::Max(hn::IfThenElseZero(valid, low), hn::Zero(d)));
+    range.last = hn::Floor(hn::Min(hn::IfThenElseZero(valid, high), hn::Set(d, width - 1.0f)));
+    range.any = hn::And(valid, hn::Le(range.first, range.last));
+    return range;
+}
+
+// Offset of pixel `first` from the outline's centre.  The centre comes in double: at pixel 1000 a float has
+// but 6e-5 px, too coarse for the smallest splats.
+HWY_INLINE V offset_px(V first, DoubleLanes projected, V centre_shift, int size) {
+    const V pixel = hn::Add(first, hn::Set(F(), 0.5f - 0.5f * static_cast<float>(size)));
+    const DoubleLanes p = promote(pixel);
+    return hn::Sub(demote({hn::Sub(p.low, projected.low), hn::Sub(p.high, projected.high)}), centre_shift);
+}
+
+HWY_INLINE hn::Vec<U> pack_pixels(V x, V y) {
+    const hn::RebindToSigned<F> di;
+    const auto xi = hn::BitCast(U(), hn::ConvertTo(di, x));
+    const auto yi = hn::BitCast(U(), hn::ConvertTo(di, y));
+    return hn::Or(xi, hn::ShiftLeft<16>(yi));
+}
+
+// The sphere of its radius meets all four half-spaces that bound the picture.
+bool may_be_seen(const geom::View& view, double x, double y, double z, double radius) {
+    const double half_width = 0.5 * view.width, half_height = 0.5 * view.height, f = view.focal_px;
+    const double off_x = (std::abs(x) * f - half_width * z) / std::hypot(f, half_width);
+    const double off_y = (std::abs(y) * f - half_height * z) / std::hypot(f, half_height);
+    return off_x <= radius && off_y <= radius;
+}
+
+NearSplat near_splat(const SplatBatch& batch, size_t i, uint32_t colour) {
+    const double inverse = 1.0 / static_cast<double>(batch.radius[i]);
+    const float c = std::max(batch.flatness[i], kMinFlatness);
+    return {static_cast<float>(batch.x[i] * inverse),
+            static_cast<float>(batch.y[i] * inverse),
+            static_cast<float>(batch.z[i] * inverse),
+            batch.nx[i],
+            batch.ny[i],
+            batch.nz[i],
+            c * c,
+            static_cast<float>(inverse),
+            colour};
+}
+
+// Material of each splat: what `smooth` blends, and what the others are shaded with.
+HWY_INLINE Rgb<V> material_of(const SplatterOptions& options, hn::Vec<U> colour) {
+    const F d;
+    if (options.has_colour || options.shade == Shade::level) return unpack_rgb(d, colour);
+    const V grey = hn::Set(d, kGreyMaterial);
+    return {grey, grey, grey};
+}
+
+// Records lie as four vectors of four floats; this is how many lanes there are of each.
+template <class Visible>
+HWY_INLINE size_t write_records(const V (&fields)[16], Visible visible, SplatRecord* out) {
+    const F d;
+#if HWY_TARGET == HWY_SCALAR
+    if (hn::AllFalse(d, visible)) return 0;
+    for (size_t f = 0; f < 16; ++f) hn::Store(fields[f], d, reinterpret_cast<float*>(out) + f);
+    return 1;
+#else
+    constexpr size_t kMaxLanes = hn::MaxLanes(F());
+    alignas(64) float quarters[4][4 * kMaxLanes];
+    for (size_t q = 0; q < 4; ++q) {
+        hn::StoreInterleaved4(fields[4 * q], fields[4 * q + 1], fields[4 * q + 2], fields[4 * q + 3], d,
+                              quarters[q]);
+    }
+    uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, visible, bytes);
+    uint32_t bits = uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8;
+    size_t count = 0;
+    for (; bits != 0; bits &= bits - 1) {
+        const size_t lane = static_cast<size_t>(__builtin_ctz(bits));
+        float* record = reinterpret_cast<float*>(out + count++);
+        const hn::FixedTag<float, 4> quarter;
+        for (size_t q = 0; q < 4; ++q) {
+            hn::Store(hn::Load(quarter, quarters[q] + 4 * lane), quarter, record + 4 * q);
+        }
+    }
+    return count;
+#endif
+}
+
+size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const uint32_t* colours,
+                     SplatRecord* out, std::vector<NearSplat>& near_splats) {
+    const F d;
+    const U du;
+    const geom::View& view = params.view;
+    const SplatterOptions& options = params.options;
+    const bool aligned = options.kind == SplatKind::square || options.kind == SplatKind::circle;
+    const bool blended = options.kind == SplatKind::smooth;
+    const float focal = static_cast<float>(view.focal_px);
+    const size_t count = static_cast<size_t>(batch.count);
+    size_t written = 0;
+
+    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const V z = hn::Load(d, batch.z + i);
+        const V radius = hn::Load(d, batch.radius + i);
+        const V nx = hn::Load(d, batch.nx + i), ny = hn::Load(d, batch.ny + i),
+                nz = hn::Load(d, batch.nz + i);
+        const DoubleLanes zd = promote(z);
+        const auto one_d = hn::Set(DF(), 1.0);
+        const DoubleLanes inverse_zd = {hn::Div(one_d, zd.low), hn::Div(one_d, zd.high)};
+        const DoubleLanes txd = multiply(promote(hn::Load(d, batch.x + i)), inverse_zd);
+        const DoubleLanes tyd = multiply(promote(hn::Load(d, batch.y + i)), inverse_zd);
+        const DoubleLanes projected_x = scale(txd, view.focal_px), projected_y = scale(tyd, view.focal_px);
+        const V inverse_z = demote(inverse_zd);
+        const V r = hn::Mul(radius, inverse_z);
+        const V radius_px = hn::Max(hn::Mul(r, hn::Set(d, focal)), hn::Set(d, kMinRadiusPx));
+
+        const Outline o = aligned ? aligned_outline(inverse_z, radius_px, options.kind == SplatKind::square)
+                                  : ellipsoid_outline(focal, demote(txd), demote(tyd), inverse_z, r,
+                                                      radius_px, nx, ny, nz, hn::Load(d, batch.flatness + i));
+
+        const PixelRange xs = pixel_range(hn::Add(hn::Add(demote(projected_x), o.centre_dx),
+                                                  hn::Set(d, 0.5f * static_cast<float>(view.width))),
+                                          o.extent_x, view.width);
+        const PixelRange ys = pixel_range(hn::Add(hn::Add(demote(projected_y), o.centre_dy),
+                                                  hn::Set(d, 0.5f * static_cast<float>(view.height))),
+                                          o.extent_y, view.height);
+        const auto valid = hn::FirstN(d, count - i);
+        const auto before_eye = hn::Gt(z, hn::Zero(d));
+        const auto clear = hn::Gt(o.clearance, hn::Set(d, kMinClearance));
+        const auto visible = hn::And(hn::And(valid, hn::And(before_eye, clear)), hn::And(xs.any, ys.any));
+
+        const Rgb<V> material = material_of(options, hn::Load(du, colours + i));
+        const auto colour =
+            blended ? hn::Load(du, colours + i) : shade_points(d, options.shade, nx, ny, nz, material);
+
+        // 1/z - 1/(z + R); a push of 0 makes the aligned kinds a plain depth test.
+        const V push = aligned ? hn::Zero(d) : hn::Mul(inverse_z, hn::Div(r, hn::Add(hn::Set(d, 1.0f), r)));
+        const V fields[16] = {hn::BitCast(d, pack_pixels(xs.first, ys.first)),
+                              hn::BitCast(d, pack_pixels(xs.last, ys.last)),
+                              offset_px(xs.first, projected_x, o.centre_dx, view.width),
+                              offset_px(ys.first, projected_y, o.centre_dy, view.height),
+                              o.l1,
+                              o.l2,
+                              o.l3,
+                              push,
+                              o.w,
+                              o.w_dx,
+                              o.w_dy,
+                              hn::BitCast(d, colour),
+                              nx,
+                              ny,
+                              nz,
+                              hn::Zero(d)};
+        written += write_records(fields, visible, out + written);
+
+        if (aligned) continue;
+        // Written so that a clearance that is no number (z of 0) takes the careful way.
+        const auto behind = hn::AndNot(before_eye, hn::Ge(o.clearance, hn::Zero(d)));
+        const auto careful = hn::AndNot(hn::Or(behind, hn::And(before_eye, clear)), valid);
+        if (hn::AllFalse(d, careful)) continue;
+        alignas(64) uint32_t lane_colours[hn::MaxLanes(F())];
+        uint8_t bytes[8] = {};
+        hn::Store(colour, du, lane_colours);
+        hn::StoreMaskBits(d, careful, bytes);
+        const uint32_t bits = uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8;
+        for (size_t lane = 0; lane < hn::Lanes(d); ++lane) {
+            const size_t k = i + lane;
+            if ((bits >> lane & 1) != 0 &&
+                may_be_seen(view, batch.x[k], batch.y[k], batch.z[k], batch.radius[k])) {
+                near_splats.push_back(near_splat(batch, k, lane_colours[lane]));
+            }
+        }
+    }
+    return written;
+}
+
+}  // namespace render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace render {
+
+HWY_EXPORT(set_up_splats);
+
+size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRecord* out,
+                     std::vector<NearSplat>& near_splats) {
+    const uint32_t* colours = batch.colour;
+    alignas(64) uint32_t levels[SplatBatch::kCapacity];
+    if (params.options.shade == Shade::level) {
+        for (int i = 0; i < batch.count; ++i) {
+            const double diameter =
+                2.0 * params.view.focal_px * batch.radius[i] / std::abs(double(batch.z[i]));
+            const glm::u8vec3 c = level_colour(static_cast<float>(diameter));
+            levels[i] = uint32_t(c.r) | uint32_t(c.g) << 8 | uint32_t(c.b) << 16;
+        }
+        colours = levels;
+    }
+    return HWY_DYNAMIC_DISPATCH(set_up_splats)(params, batch, colours, out, near_splats);
+}
+
+}  // namespace render
+#endif

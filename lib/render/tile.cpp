@@ -1,0 +1,371 @@
+#include "render/tile.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "render/tile.cpp"
+#include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "render/shading-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace render::HWY_NAMESPACE {
+
+// A block, or an equal part of one.
+using F = hn::CappedTag<float, kBlockPixels>;
+using V = hn::Vec<F>;
+using M = hn::Mask<F>;
+using U = hn::RebindToUnsigned<F>;
+
+constexpr int kBlocksAcross = kTileWidth / kBlockSize;
+
+// Inverse depth of what nothing was drawn on: farther than infinity, so that the first fragment always starts
+// a pixel afresh and no other plane needs clearing.
+constexpr float kNothing = -3.0e38f;
+
+// Pixel offsets of a block's lanes.
+alignas(64) constexpr float kLaneX[kBlockPixels] = {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3};
+alignas(64) constexpr float kLaneY[kBlockPixels] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+
+// What one splat puts into the lanes of one vector.
+struct Fragment {
+    M inside;
+    V w;     // inverse depth
+    V t;     // 1 in the splat's middle, kEdge at its rim
+    V push;  // R of depth as inverse depth
+};
+
+// What is the same for all of a splat's fragments.
+struct Surface {
+    float nx, ny, nz;
+    uint32_t colour;
+};
+
+// The nearest splat has the pixel, near being pushed back by up to R towards the rim ("hill"), so
+// that of overlapping splats the one with the nearer centre wins.  The result does not depend on the order.
+struct Nearest {
+    enum Plane { kKey, kDepth, kColour, kPlanes };
+
+    const U du;
+    hn::Vec<U> colour;
+
+    HWY_INLINE explicit Nearest(const Surface& surface) : colour(hn::Set(U(), surface.colour)) {}
+
+    HWY_INLINE void put(const Fragment& f, float* HWY_RESTRICT at) const {
+        const F d;
+        const V hill = hn::Mul(f.push, hn::Sub(hn::Set(d, 1.0f), f.t));
+        const V key = hn::Sub(f.w, hill);
+        const V old = hn::Load(d, at + kKey * kBlockPixels);
+        const M wins = hn::And(f.inside, hn::Gt(key, old));
+        store_where(wins, key, at + kKey * kBlockPixels);
+        store_where(wins, f.w, at + kDepth * kBlockPixels);
+        store_where(wins, hn::BitCast(d, colour), at + kColour * kBlockPixels);
+    }
+
+    HWY_INLINE static void store_where(M mask, V value, float* HWY_RESTRICT at) {
+        const F d;
+        hn::Store(hn::IfThenElse(mask, value, hn::Load(d, at)), d, at);
+    }
+
+    HWY_INLINE static V inverse_depth(const float* at) { return hn::Load(F(), at + kDepth * kBlockPixels); }
+    HWY_INLINE static hn::Vec<U> shade(const SplatterOptions&, const float* at) {
+        return hn::BitCast(U(), hn::Load(F(), at + kColour * kBlockPixels));
+    }
+};
+
+// Splats within R of depth of the nearest so far are blended with weight t^2; what is nearer by more
+// starts the pixel afresh, what is farther by more is left out.  Depends on the order.
+template <bool kNormals, bool kColours>
+struct Blend {
+    enum Plane { kFront, kWeight, kDepth, kPayload };
+    static constexpr int kColourPlane = kPayload + (kNormals ? 3 : 0);
+    static constexpr int kPlanes = kColourPlane + (kColours ? 3 : 0);
+    static_assert(kPlanes <= kMaxPlanes);
+
+    V nx, ny, nz;
+    Rgb<V> colour;
+
+    HWY_INLINE explicit Blend(const Surface& surface)
+        : nx(hn::Set(F(), surface.nx)), ny(hn::Set(F(), surface.ny)), nz(hn::Set(F(), surface.nz)) {
+        const F d;
+        colour = {hn::Set(d, static_cast<float>(surface.colour & 255u)),
+                  hn::Set(d, static_cast<float>(surface.colour >> 8 & 255u)),
+                  hn::Set(d, static_cast<float>(surface.colour >> 16 & 255u))};
+    }
+
+    HWY_INLINE void put(const Fragment& f, float* HWY_RESTRICT at) const {
+        const F d;
+        const V front = hn::Load(d, at + kFront * kBlockPixels);
+        const V nearer_by = hn::Sub(f.w, front);
+        const M afresh = hn::And(f.inside, hn::Gt(nearer_by, f.push));
+        const M counts = hn::And(f.inside, hn::Ge(nearer_by, hn::Neg(f.push)));
+        const V weight = hn::IfThenElseZero(counts, hn::Mul(f.t, f.t));
+        hn::Store(hn::IfThenElse(counts, hn::Max(f.w, front), front), d, at + kFront * kBlockPixels);
+        add(afresh, weight, at + kWeight * kBlockPixels);
+        add(afresh, hn::Mul(weight, f.w), at + kDepth * kBlockPixels);
+        if constexpr (kNormals) {
+            add(afresh, hn::Mul(weight, nx), at + (kPayload + 0) * kBlockPixels);
+            add(afresh, hn::Mul(weight, ny), at + (kPayload + 1) * kBlockPixels);
+            add(afresh, hn::Mul(weight, nz), at + (kPayload + 2) * kBlockPixels);
+        }
+        if constexpr (kColours) {
+            add(afresh, hn::Mul(weight, colour.r), at + (kColourPlane + 0) * kBlockPixels);
+            add(afresh, hn::Mul(weight, colour.g), at + (kColourPlane + 1) * kBlockPixels);
+            add(afresh, hn::Mul(weight, colour.b), at + (kColourPlane + 2) * kBlockPixels);
+        }
+    }
+
+    HWY_INLINE static void add(M afresh, V value, float* HWY_RESTRICT at) {
+        const F d;
+        hn::Store(hn::Add(hn::IfThenZeroElse(afresh, hn::Load(d, at)), value), d, at);
+    }
+
+    HWY_INLINE static V inverse_depth(const float* at) {
+        const F d;
+        return hn::Div(hn::Load(d, at + kDepth * kBlockPixels), hn::Load(d, at + kWeight * kBlockPixels));
+    }
+
+    HWY_INLINE static hn::Vec<U> shade(const SplatterOptions& options, const float* at) {
+        const F d;
+        V nx = hn::Zero(d), ny = hn::Zero(d), nz = hn::Zero(d);
+        if constexpr (kNormals) {
+            nx = hn::Load(d, at + (kPayload + 0) * kBlockPixels);
+            ny = hn::Load(d, at + (kPayload + 1) * kBlockPixels);
+            nz = hn::Load(d, at + (kPayload + 2) * kBlockPixels);
+            const V squares = hn::Add(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)), hn::Mul(nz, nz));
+            // Opposite normals may cancel to nothing; the pixel is then left with ambient light.
+            const V inverse = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::Max(squares, hn::Set(d, 1.0e-30f))));
+            nx = hn::Mul(nx, inverse), ny = hn::Mul(ny, inverse), nz = hn::Mul(nz, inverse);
+        }
+        const V grey = hn::Set(d, kGreyMaterial);
+        Rgb<V> material{grey, grey, grey};
+        if constexpr (kColours) {
+            const V inverse = hn::Div(hn::Set(d, 1.0f), hn::Load(d, at + kWeight * kBlockPixels));
+            material.r = hn::Mul(hn::Load(d, at + (kColourPlane + 0) * kBlockPixels), inverse);
+            material.g = hn::Mul(hn::Load(d, at + (kColourPlane + 1) * kBlockPixels), inverse);
+            material.b = hn::Mul(hn::Load(d, at + (kColourPlane + 2) * kBlockPixels), inverse);
+        }
+        return shade_points(d, options.shade, nx, ny, nz, material);
+    }
+};
+
+template <class Pixel>
+HWY_INLINE float* block_at(float* state, int bx, int by) {
+    return state + size_t(by * kBlocksAcross + bx) * Pixel::kPlanes * kBlockPixels;
+}
+
+// Samples one splat at all pixels of the tile that its record names.
+template <class Pixel, bool kSquare>
+HWY_INLINE void draw_splat(const SplatRecord& r, const TileJob& job, float* HWY_RESTRICT state) {
+    const F d;
+    constexpr size_t kLanes = hn::MaxLanes(F());
+    const int x0 = std::max<int>(r.x0, job.x0) - job.x0, x1 = std::min<int>(r.x1 - job.x0, kTileWidth - 1);
+    const int y0 = std::max<int>(r.y0, job.y0) - job.y0, y1 = std::min<int>(r.y1 - job.y0, kTileHeight - 1);
+    const int bx0 = x0 / kBlockSize, bx1 = x1 / kBlockSize;
+    const int by0 = y0 / kBlockSize, by1 = y1 / kBlockSize;
+    // Offset of the tile's first pixel.
+    const float tile_dx = static_cast<float>(job.x0 - r.x0), tile_dy = static_cast<float>(job.y0 - r.y0);
+    const V one = hn::Set(d, 1.0f), edge = hn::Set(d, kEdge);
+    const Pixel pixel({r.nx, r.ny, r.nz, r.colour});
+    Fragment f;
+    f.push = hn::Set(d, r.push);
+    for (size_t lane = 0; lane < kBlockPixels; lane += kLanes) {
+        const V lane_x = hn::Load(d, kLaneX + lane), lane_y = hn::Load(d, kLaneY + lane);
+        const V lane_a = hn::Add(hn::Mul(hn::Set(d, r.l1), lane_x), hn::Mul(hn::Set(d, r.l2), lane_y));
+        const V lane_b = hn::Mul(hn::Set(d, r.l3), lane_y);
+        const V lane_w = hn::Add(hn::Mul(hn::Set(d, r.w_dx), lane_x), hn::Mul(hn::Set(d, r.w_dy), lane_y));
+        for (int by = by0; by <= by1; ++by) {
+            const float dy = (tile_dy + static_cast<float>(by * kBlockSize)) + r.dy0;
+            const V b = hn::Add(lane_b, hn::Set(d, r.l3 * dy));
+            const V rest = hn::Sub(one, hn::Mul(b, b));
+            float* at = block_at<Pixel>(state, bx0, by) + lane;
+            for (int bx = bx0; bx <= bx1; ++bx, at += Pixel::kPlanes * kBlockPixels) {
+                const float dx = (tile_dx + static_cast<float>(bx * kBlockSize)) + r.dx0;
+                const V a = hn::Add(lane_a, hn::Set(d, r.l1 * dx + r.l2 * dy));
+                if constexpr (kSquare) {
+                    f.t = one;
+                    f.inside = hn::Le(hn::Max(hn::Abs(a), hn::Abs(b)), one);
+                } else {
+                    f.t = hn::Sub(rest, hn::Mul(a, a));
+                    f.inside = hn::Ge(f.t, edge);
+                }
+                f.w = hn::Add(lane_w, hn::Set(d, r.w + (r.w_dx * dx + r.w_dy * dy)));
+                pixel.put(f, at);
+            }
+        }
+    }
+}
+
+// Ray d = (dx, dy, 1) against the ellipsoid at p with R = 1, c = rho^2, A = c + (1 - c) n n^T:
+// hit if d.A.d >= c |m|^2 + (1 - c) |n x m|^2 with m = d x p.  No difference of squares, as in the set-up.
+template <class Pixel>
+void draw_near_splat(const NearSplat& s, const SetupParams& params, const TileJob& job,
+                     float* HWY_RESTRICT state) {
+    const F d;
+    const float c = s.flatness_squared, g = 1.0f - c;
+    const float np = s.nx * s.px + s.ny * s.py + s.nz * s.pz;
+    const float ux = c * s.px + g * np * s.nx, uy = c * s.py + g * np * s.ny, uz = c * s.pz + g * np * s.nz;
+    const float pup = c * (s.px * s.px + s.py * s.py + s.pz * s.pz) + g * np * np;
+    const bool eye_inside = pup <= c;
+    const V inverse_focal = hn::Set(d, static_cast<float>(1.0 / params.view.focal_px));
+    const float centre_x = 0.5f * static_cast<float>(params.view.width) - 0.5f;
+    const float centre_y = 0.5f * static_cast<float>(params.view.height) - 0.5f;
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), largest = hn::Set(d, 1.0e6f);
+    const V vc = hn::Set(d, c), vg = hn::Set(d, g);
+    const Pixel pixel({s.nx, s.ny, s.nz, s.colour});
+    Fragment f;
+    f.t = hn::Set(d, kEdge);  // of least weight, and pushed back by all of R: gives way to whole splats
+    for (int y = 0; y < job.height; y += kBlockSize) {
+        for (int x = 0; x < job.width; x += kBlockSize) {
+            for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
+                const V px = hn::Add(hn::Load(d, kLaneX + lane), hn::Set(d, float(job.x0 + x) - centre_x));
+                const V py = hn::Add(hn::Load(d, kLaneY + lane), hn::Set(d, float(job.y0 + y) - centre_y));
+                const V dx = hn::Mul(px, inverse_focal), dy = hn::Mul(py, inverse_focal);
+                const V mx = hn::Sub(hn::Mul(dy, hn::Set(d, s.pz)), hn::Set(d, s.py));
+                const V my = hn::Sub(hn::Set(d, s.px), hn::Mul(dx, hn::Set(d, s.pz)));
+                const V mz = hn::Sub(hn::Mul(dx, hn::Set(d, s.py)), hn::Mul(dy, hn::Set(d, s.px)));
+                const auto dot = [&](V ax, V ay, V az, V bx, V by, V bz) HWY_ATTR {
+                    return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
+                };
+                const V nx = hn::Set(d, s.nx), ny = hn::Set(d, s.ny), nz = hn::Set(d, s.nz);
+                const V kx = hn::Sub(hn::Mul(ny, mz), hn::Mul(nz, my));
+                const V ky = hn::Sub(hn::Mul(nz, mx), hn::Mul(nx, mz));
+                const V kz = hn::Sub(hn::Mul(nx, my), hn::Mul(ny, mx));
+                const V nd = dot(nx, ny, nz, dx, dy, one);
+                const V dad =
+                    hn::Add(hn::Mul(vc, dot(dx, dy, one, dx, dy, one)), hn::Mul(vg, hn::Mul(nd, nd)));
+                const V miss = hn::Add(hn::Mul(vc, dot(mx, my, mz, mx, my, mz)),
+                                       hn::Mul(vg, dot(kx, ky, kz, kx, ky, kz)));
+                const V du = dot(dx, dy, one, hn::Set(d, ux), hn::Set(d, uy), hn::Set(d, uz));
+                const V chord = hn::Sub(hn::Mul(dad, hn::Set(d, 1.00002f)), miss);  // grown, as the set-up's
+                V w;  // inverse depth in units of 1/R
+                if (eye_inside) {
+                    // Where the ray leaves the ellipsoid: the least harm to what else is there.
+                    const V root = hn::Sqrt(hn::Max(hn::Mul(vc, chord), zero));
+                    w = hn::Div(dad, hn::Max(hn::Add(du, root), hn::Set(d, 1.0e-30f)));
+                    f.inside = hn::Ge(dad, zero);
+                } else {
+                    w = hn::Div(du, hn::Set(d, pup));
+                    f.inside = hn::And(hn::Ge(chord, zero), hn::Gt(du, zero));
+                }
+                w = hn::Min(w, largest);
+                f.w = hn::Mul(w, hn::Set(d, s.inverse_radius));
+                f.push = hn::Mul(f.w, hn::Div(w, hn::Add(one, w)));
+                pixel.put(f, block_at<Pixel>(state, x / kBlockSize, y / kBlockSize) + lane);
+            }
+        }
+    }
+}
+
+void write_rgb_row(const uint32_t* packed, int width, uint8_t* out) {
+#if HWY_TARGET == HWY_SCALAR
+    for (int x = 0; x < width; ++x, out += 3) {
+        out[0] = uint8_t(packed[x]), out[1] = uint8_t(packed[x] >> 8), out[2] = uint8_t(packed[x] >> 16);
+    }
+#else
+    const hn::FixedTag<uint8_t, 16> d;
+    alignas(16) static constexpr uint8_t kPick[16] = {0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 3, 3, 3, 3};
+    const auto pick = hn::Load(d, kPick);
+    uint8_t row[kTileWidth * 3 + 4];
+    for (int x = 0; x < kTileWidth; x += 4) {
+        const auto four = hn::Load(d, reinterpret_cast<const uint8_t*>(packed + x));
+        hn::StoreU(hn::TableLookupBytes(four, pick), d, row + x * 3);
+    }
+    std::memcpy(out, row, size_t(width) * 3);
+#endif
+}
+
+// Shades the tile's pixels and writes them out.
+template <class Pixel>
+void resolve(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
+    const F d;
+    const glm::u8vec3 background = params.options.background;
+    const auto no_colour =
+        hn::Set(U(), uint32_t(background.r) | uint32_t(background.g) << 8 | uint32_t(background.b) << 16);
+    const V no_depth = hn::Set(d, std::numeric_limits<float>::infinity());
+    alignas(64) uint32_t colours[kBlockSize * kTileWidth], block_colours[kBlockPixels];
+    alignas(64) float depths[kBlockSize * kTileWidth], block_depths[kBlockPixels];
+    for (int y = 0; y < job.height; y += kBlockSize) {
+        for (int x = 0; x < job.width; x += kBlockSize) {
+            const float* block = block_at<Pixel>(state, x / kBlockSize, y / kBlockSize);
+            for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
+                const float* at = block + lane;
+                const M drawn = hn::Gt(hn::Load(d, at), hn::Set(d, kNothing));
+                const V depth = hn::Div(hn::Set(d, 1.0f), Pixel::inverse_depth(at));
+                hn::Store(hn::IfThenElse(drawn, depth, no_depth), d, block_depths + lane);
+                const auto shaded = Pixel::shade(params.options, at);
+                hn::Store(hn::IfThenElse(hn::RebindMask(U(), drawn), shaded, no_colour), U(),
+                          block_colours + lane);
+            }
+            for (int row = 0; row < kBlockSize; ++row) {
+                std::memcpy(depths + row * kTileWidth + x, block_depths + row * kBlockSize,
+                            sizeof(float) * 4);
+                std::memcpy(colours + row * kTileWidth + x, block_colours + row * kBlockSize,
+                            sizeof(uint32_t) * 4);
+            }
+        }
+        for (int row = 0; row < kBlockSize && y + row < job.height; ++row) {
+            const size_t at = size_t(job.y0 + y + row) * size_t(frame.width) + size_t(job.x0);
+            std::memcpy(frame.depth.data() + at, depths + row * kTileWidth,
+                        sizeof(float) * size_t(job.width));
+            write_rgb_row(colours + row * kTileWidth, job.width, frame.rgb.data() + at * 3);
+        }
+    }
+}
+
+template <class Pixel>
+void clear(float* state) {
+    const F d;
+    for (int block = 0; block < kBlocksAcross * (kTileHeight / kBlockSize); ++block) {
+        float* at = state + size_t(block) * Pixel::kPlanes * kBlockPixels;
+        for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d))
+            hn::Store(hn::Set(d, kNothing), d, at + lane);
+    }
+}
+
+template <class Pixel, bool kSquare>
+void draw_and_shade(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
+    clear<Pixel>(state);
+    for (const NearSplat& splat : job.near_splats) draw_near_splat<Pixel>(splat, params, job, state);
+    for (const TileRun& run : job.runs) {
+        for (uint32_t i = 0; i < run.count; ++i) {
+            // Records of a tile are scattered over their task's; the next ones are known.
+            if (i + 4 < run.count) hwy::Prefetch(run.records + run.order[i + 4]);
+            draw_splat<Pixel, kSquare>(run.records[run.order[i]], job, state);
+        }
+    }
+    resolve<Pixel>(params, job, state, frame);
+}
+
+void draw_tile(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
+    const SplatterOptions& options = params.options;
+    if (options.kind == SplatKind::square) return draw_and_shade<Nearest, true>(params, job, state, frame);
+    if (options.kind != SplatKind::smooth) return draw_and_shade<Nearest, false>(params, job, state, frame);
+    const bool colours = options.has_colour || options.shade == Shade::level;
+    if (options.shade == Shade::flat) {
+        return colours ? draw_and_shade<Blend<false, true>, false>(params, job, state, frame)
+                       : draw_and_shade<Blend<false, false>, false>(params, job, state, frame);
+    }
+    return colours && options.shade != Shade::normal
+               ? draw_and_shade<Blend<true, true>, false>(params, job, state, frame)
+               : draw_and_shade<Blend<true, false>, false>(params, job, state, frame);
+}
+
+}  // namespace render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace render {
+
+HWY_EXPORT(draw_tile);
+
+void draw_tile(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
+    HWY_DYNAMIC_DISPATCH(draw_tile)(params, job, state, frame);
+}
+
+}  // namespace render
+#endif
