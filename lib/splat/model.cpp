@@ -1,1 +1,92 @@
-#include "geom/sphere.h"
+#include "splat/model.h"
+
+#include <cstring>
+
+#include "core/error.h"
+
+namespace splat {
+
+Model::Model(const std::string& path) : Model(core::InputFile(path)) {}
+
+Model::Model(core::InputFile file)
+    : file_(std::move(file)), header_(parse_header(file_.bytes(), file_.name())), layout_(header_) {
+    const uint64_t whole = (file_.bytes().size() - kHeaderSize) / header_.block_size;
+    if (whole > header_.block_count || file_.bytes().size() > kHeaderSize + header_.block_count * header_.block_size)
+        throw core::Error(core::text("%s: %zu bytes, its header says %llu", file_.name().c_str(), file_.bytes().size(),
+                                     static_cast<unsigned long long>(kHeaderSize + header_.block_count * header_.block_size)));
+    if (whole == 0)
+        throw core::Error(core::text("%s: cut off at byte %zu, before the end of the first block", file_.name().c_str(),
+                                     file_.bytes().size()));
+    blocks_present_ = whole;
+    checked_ = std::make_unique<std::atomic<uint8_t>[]>(whole);
+}
+
+Node Model::root() const {
+    Node root;
+    root.normal = header_.root_normal;
+    root.flatness = header_.root_flatness;
+    root.error = header_.root_error;
+    root.cone = header_.root_cone;
+    root.children = int(header_.root_children);
+    root.colour = encode_colour({header_.colour[0], header_.colour[1], header_.colour[2]});
+    return root;
+}
+
+void Model::fault(uint64_t number, const std::string& what) const {
+    throw core::Error(core::text("%s: block %llu at byte %llu: %s", name().c_str(), static_cast<unsigned long long>(number),
+                                 static_cast<unsigned long long>(kHeaderSize + number * header_.block_size), what.c_str()));
+}
+
+std::span<const std::byte> Model::block(uint64_t number) const {
+    if (number >= blocks_present_) fault(number, "is not there");
+    if (checked_[number].load(std::memory_order_acquire) == 0) check_block(number);
+    return file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
+}
+
+void Model::check_block(uint64_t number) const {
+    const auto bytes = file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
+    BlockHeader head;
+    std::memcpy(&head, bytes.data(), sizeof(head));
+    const uint32_t found = block_checksum(bytes, number);
+    if (found != head.checksum) fault(number, core::text("checksum %08x, stored is %08x", found, head.checksum));
+    if (head.node_count == 0 || head.node_count > layout_.capacity)
+        fault(number, core::text("%u nodes, 1 to %u are possible", head.node_count, layout_.capacity));
+    if (head.child_slot >= layout_.capacity)
+        fault(number, core::text("child slot %u of %u", head.child_slot, layout_.capacity));
+    // Children stand after their parents: this is what makes every walk end.
+    if (head.child_block < number) fault(number, "points backwards");
+    if (checked_[number].exchange(1, std::memory_order_acq_rel) == 0) blocks_used_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void BlockView::open(const Model& model, uint64_t number) {
+    const std::byte* bytes = model.block(number).data();
+    const BlockLayout& layout = model.layout();
+    BlockHeader head;
+    std::memcpy(&head, bytes, sizeof(head));
+    number_ = number;
+    is_open_ = true;
+    node_count_ = head.node_count;
+    child_block_ = head.child_block;
+    attitude_ = reinterpret_cast<const uint16_t*>(bytes + layout.attitude);
+    place_ = reinterpret_cast<const uint16_t*>(bytes + layout.place);
+    shape_ = reinterpret_cast<const uint8_t*>(bytes + layout.shape);
+    colour_ = model.header().has_colour() ? reinterpret_cast<const uint16_t*>(bytes + layout.colour) : nullptr;
+    child_at_.resize(layout.capacity);
+    uint32_t block = 0, slot = head.child_slot;
+    for (uint32_t i = 0; i < node_count_; ++i) {
+        const uint32_t n = attitude_[i] & 7u;
+        const bool next = slot + n > layout.capacity;
+        block += next;
+        slot = next ? 0 : slot;
+        child_at_[i] = block << 16 | slot;
+        slot += n;
+    }
+}
+
+geom::Sphere read_bounds(const std::string& path) {
+    const core::InputFile file(path);
+    const Header h = parse_header(file.bytes(), file.name());
+    return {h.origin, h.scale};
+}
+
+}  // namespace splat

@@ -1,0 +1,104 @@
+// qs-build: turn a mesh or a cloud into a splat model.  The work is mesh::read_mesh() and splat::build().
+#include <bit>
+#include <chrono>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/program.h"
+#include "mesh/mesh.h"
+#include "splat/build.h"
+
+namespace {
+
+core::Json to_json(const std::map<std::string, uint64_t>& counts) {
+    core::Json json = core::Json::object();
+    for (const auto& [reason, count] : counts) json[reason] = count;
+    return json;
+}
+
+core::Json report_of(const std::string& input, const mesh::ReadCounts& read, const splat::BuildReport& r, double read_ms) {
+    const splat::Header& h = r.header;
+    core::Json json;
+    json["input"] = input;
+    json["format"] = read.format;
+    json["vertices_in"] = read.vertices_in;
+    json["faces_in"] = read.faces_in;
+    json["triangles_in"] = read.triangles_in;
+    auto dropped = read.vertices_dropped;
+    for (const auto& [reason, count] : r.vertices_dropped) dropped[reason] += count;
+    json["vertices_dropped"] = to_json(dropped);
+    json["triangles_dropped"] = to_json(read.triangles_dropped);
+    json["zero_area_faces"] = r.zero_area_faces;
+    json["boundary_edges"] = r.boundary_edges;
+    json["is_closed"] = (h.flags & splat::kOpenSurface) == 0;
+    json["leaves"] = h.leaf_count;
+    json["nodes"] = h.node_count;
+    json["nodes_inserted"] = r.fit.inserted;
+    json["levels"] = h.level_count;
+    json["blocks"] = h.block_count;
+    json["block_bytes"] = h.block_size;
+    json["file_bytes"] = r.file_bytes;
+    const double vertices = double(std::max<uint64_t>(h.vertices_in, 1));
+    json["bytes_per_vertex"] = double(r.file_bytes) / vertices;
+    core::Json channels;
+    channels["structure_and_cone"] = double(h.node_count) * 5 / 8 / vertices;
+    channels["normal"] = double(h.node_count) * 11 / 8 / vertices;
+    channels["sphere"] = double(h.node_count) * 15 / 8 / vertices;
+    channels["flatness_and_error"] = double(h.node_count) * 5 / 8 / vertices;
+    if (h.has_colour()) channels["colour"] = double(h.node_count) * 2 / vertices;
+    json["channel_bytes_per_vertex"] = channels;
+    json["left_out"] = r.left_out;
+    json["leaf_inflation_mean"] = r.fit.leaf_inflation / double(std::max<uint64_t>(r.fit.leaves, 1));
+    json["leaf_inflation_max"] = r.fit.worst_leaf_inflation;
+    json["inner_inflation_mean"] = r.fit.inner_inflation / double(std::max<uint64_t>(r.fit.inner, 1));
+    json["open_fans"] = r.fit.open_fans;
+    json["memory_estimate_bytes"] = r.memory_needed;
+    core::Json stages;
+    stages["read"] = read_ms;
+    for (const auto& [stage, ms] : r.stage_ms) stages[stage] = ms;
+    json["ms"] = stages;
+    return json;
+}
+
+void warn_of_drops(const std::string& input, const std::map<std::string, uint64_t>& drops, const char* what) {
+    for (const auto& [reason, count] : drops)
+        core::warn(core::text("%s: %llu %s dropped: %s", input.c_str(), static_cast<unsigned long long>(count), what, reason.c_str()));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    core::Program program("qs-build", "Turn a mesh or a point cloud into a multiresolution splat model.", QS_VERSION);
+    std::string input, output;
+    mesh::ReadOptions read_options;
+    splat::BuildOptions build_options;
+    uint64_t block_size = build_options.block_size;
+    bool no_colour = false;
+    program.options.add_option("INPUT", input, "PLY, OBJ, OFF, STL or Draco file; - is a PLY on standard input")->required();
+    program.options.add_option("-o,--output", output, "Model to write; - is standard output")->required();
+    program.add_size("--block-size", block_size, "Bytes a block, a power of two from 1K to 64K");
+    program.add_size("--memory", build_options.memory_limit, "Refuse what would need more memory than this; 0 is no limit");
+    program.options.add_flag("--skip-bad", read_options.skip_bad, "Drop vertices that are not finite, and their faces");
+    program.options.add_flag("--no-colour", no_colour, "Leave colours out");
+
+    return program.run(argc, argv, [&] {
+        if (block_size < splat::kMinBlockSize || block_size > splat::kMaxBlockSize || !std::has_single_bit(block_size))
+            throw core::UsageError(core::text("--block-size: %llu is not a power of two from 1K to 64K",
+                                              static_cast<unsigned long long>(block_size)));
+        if (core::same_file(input, output)) throw core::UsageError(output + ": is input and output at once");
+        build_options.block_size = uint32_t(block_size);
+        build_options.keep_colour = !no_colour;
+        core::Report report;
+        core::OutputFile out(output);
+        const auto start = std::chrono::steady_clock::now();
+        mesh::ReadResult read = mesh::read_mesh(input, read_options);
+        const double read_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        const splat::BuildReport built = splat::build(std::move(read.mesh), build_options, out, input);
+        out.commit();
+        warn_of_drops(input, read.counts.vertices_dropped, "vertices");
+        warn_of_drops(input, built.vertices_dropped, "vertices");
+        warn_of_drops(input, read.counts.triangles_dropped, "triangles");
+        report.write(report_of(input, read.counts, built, read_ms));
+        report.commit();
+    });
+}

@@ -1,0 +1,461 @@
+#include "splat/build.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "splat/cloud.h"
+#include "splat/layout.h"
+#include "splat/tree.h"
+
+namespace splat {
+
+namespace {
+
+constexpr uint32_t kHullLeaves = 49;       // leaves summarised by one box for the upper tree
+constexpr double kOpenGap = 0.05;          // widest boundary, in radii, of a model still taken as closed
+constexpr size_t kFacePiece = size_t(1) << 16;
+
+class Stages {
+  public:
+    explicit Stages(BuildReport& report) : report_(report) {}
+    void done(const char* stage) {
+        const auto now = std::chrono::steady_clock::now();
+        report_.stage_ms.emplace_back(stage, std::chrono::duration<double, std::milli>(now - last_).count());
+        last_ = now;
+    }
+
+  private:
+    BuildReport& report_;
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// The faces that touch each subtree, as leaf numbers, in the order of the input.
+struct FaceBuckets {
+    std::vector<glm::u32vec3> faces;
+    std::vector<size_t> begin;  // by subtree, and the end
+    std::span<const glm::u32vec3> of(size_t subtree) const {
+        return std::span(faces).subspan(begin[subtree], begin[subtree + 1] - begin[subtree]);
+    }
+};
+
+class Builder {
+  public:
+    Builder(mesh::Mesh&& mesh, const BuildOptions& options, BuildReport& report)
+        : mesh_(std::move(mesh)), options_(options), report_(report), stages_(report) {}
+
+    void run(core::OutputFile& out) {
+        choose_channels();
+        if (mesh_.is_cloud()) {
+            cloud_radii_ = estimate_discs(mesh_);
+            stages_.done("neighbours");
+        }
+        order_leaves();
+        stages_.done("order");
+        place_model();
+        share_out_faces();
+        stages_.done("faces");
+        summarise_subtrees();
+        encode_upper();
+        encode_subtrees();
+        set_upper_errors();
+        judge_boundary();
+        stages_.done("encode");
+        write_model(model_, report_.header, out);
+        stages_.done("write");
+    }
+
+  private:
+    void choose_channels() {
+        Header& h = report_.header;
+        h.block_size = options_.block_size;
+        h.vertices_in = mesh_.positions.size();
+        h.triangles_in = mesh_.triangles.size();
+        if (mesh_.is_cloud()) h.flags |= kCloud | kOpenSurface;
+        if (mesh_.colours.empty()) {
+            report_.left_out.emplace_back("colour: the input has none");
+        } else if (!options_.keep_colour) {
+            report_.left_out.emplace_back("colour: not wanted");
+            mesh_.colours = {};
+        } else if (std::all_of(mesh_.colours.begin(), mesh_.colours.end(), [&](auto c) { return c == mesh_.colours[0]; })) {
+            report_.left_out.emplace_back("colour: one for all, in the header");
+            h.flags |= kConstantColour;
+            h.colour = {mesh_.colours[0].r, mesh_.colours[0].g, mesh_.colours[0].b, 0};
+            mesh_.colours = {};
+        } else {
+            h.flags |= kHasColour;
+        }
+        if (!mesh_.is_cloud()) report_.left_out.emplace_back("triangles: leaves are points");
+    }
+
+    // Leaves are the vertices that a face uses; of a cloud, all.
+    void order_leaves() {
+        const size_t n = mesh_.positions.size();
+        std::vector<uint8_t> used(n, mesh_.is_cloud());
+        for (const glm::u32vec3& t : mesh_.triangles)
+            for (int k = 0; k < 3; ++k) used[t[k]] = 1;
+        points_.reserve(n);
+        for (size_t v = 0; v < n; ++v)
+            if (used[v]) points_.push_back({mesh_.positions[v], uint32_t(v)});
+        if (points_.size() < n) report_.vertices_dropped["unreferenced"] = n - points_.size();
+        if (points_.empty()) throw core::Error("no face is left, and the vertices belong to none");
+        if (mesh_.normals.empty() && mesh_.colours.empty()) mesh_.positions = {};
+        root_ = sort_into_tree(points_);
+        leaf_of_.resize(n);
+        core::parallel_pieces(points_.size(), kFacePiece, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) leaf_of_[points_[i].vertex] = uint32_t(i);
+        });
+        collect_subtrees(*root_);
+    }
+
+    void collect_subtrees(const UpperCut& cut) {
+        if (cut.is_subtree()) {
+            subtree_begin_.push_back(cut.begin);
+            return;
+        }
+        collect_subtrees(*cut.left);
+        collect_subtrees(*cut.right);
+    }
+
+    // The root's sphere about the middle of the box; model space makes it the unit sphere.
+    void place_model() {
+        const glm::dvec3 low(root_->low), high(root_->high), middle = 0.5 * low + 0.5 * high;
+        double square = 0;
+        const double size = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+        const double inverse = size > 0 ? 1 / size : 1;
+        for (const TreePoint& p : points_) {
+            const glm::dvec3 d = (glm::dvec3(p.position) - middle) * inverse;
+            square = std::max(square, glm::dot(d, d));
+        }
+        double radius = std::sqrt(square) * (size > 0 ? size : 0);
+        for (const float r : cloud_radii_) radius_margin_ = std::max(radius_margin_, double(r));
+        radius = (radius + 1.5 * radius_margin_) * 1.0001;
+        // One point, or all equal: a sphere that is small against where it is.
+        const glm::dvec3 origin = mesh_.origin + middle;
+        if (!(radius > 0)) radius = std::max(1e-6 * glm::length(origin), 1e-30);
+        report_.header.origin = origin;
+        report_.header.scale = radius;
+        model_offset_ = -middle;
+        inverse_scale_ = 1 / radius;
+    }
+
+    uint32_t subtree_of(uint32_t leaf) const {
+        uint32_t s = subtree_hint_[leaf >> kHintShift];
+        while (s + 1 < subtree_begin_.size() && subtree_begin_[s + 1] <= leaf) ++s;
+        return s;
+    }
+
+    // Counting sort by piece of the input and subtree, so that the order is that of the input.
+    void share_out_faces() {
+        for (uint32_t leaf = 0, s = 0; leaf < points_.size(); leaf += 1u << kHintShift) {
+            while (s + 1 < subtree_begin_.size() && subtree_begin_[s + 1] <= leaf) ++s;
+            subtree_hint_.push_back(s);
+        }
+        const size_t subtrees = subtree_begin_.size();
+        // Few pieces for many subtrees: the table of counts stays small beside the faces.
+        const size_t piece = std::max(kFacePiece, mesh_.triangles.size() / 64 + 1);
+        const size_t pieces = (mesh_.triangles.size() + piece - 1) / piece;
+        std::vector<std::vector<uint32_t>> at(pieces);
+        std::vector<uint64_t> flat(pieces, 0);
+        core::parallel_for(pieces, [&](size_t p) {
+            at[p].assign(subtrees, 0);
+            for_faces(p, piece, [&](glm::u32vec3& face) {
+                for (int k = 0; k < 3; ++k) face[k] = leaf_of_[face[k]];
+                flat[p] += has_no_area(face);
+            }, [&](uint32_t s, const glm::u32vec3&) { ++at[p][s]; });
+        });
+        report_.zero_area_faces = std::accumulate(flat.begin(), flat.end(), uint64_t(0));
+        leaf_of_ = {};
+        buckets_.begin.assign(subtrees + 1, 0);
+        std::vector<std::vector<size_t>> to(pieces, std::vector<size_t>(subtrees));
+        size_t sum = 0;
+        for (size_t s = 0; s < subtrees; ++s) {
+            buckets_.begin[s] = sum;
+            for (size_t p = 0; p < pieces; ++p) to[p][s] = sum, sum += at[p][s];
+        }
+        buckets_.begin[subtrees] = sum;
+        buckets_.faces.resize(sum);
+        core::parallel_for(pieces, [&](size_t p) {
+            for_faces(p, piece, [](glm::u32vec3&) {}, [&](uint32_t s, const glm::u32vec3& face) { buckets_.faces[to[p][s]++] = face; });
+        });
+        mesh_.triangles = {};
+    }
+
+    // Calls prepare(face), then emit(subtree, face) once for each subtree that the face touches.
+    template <class Prepare, class Emit>
+    void for_faces(size_t p, size_t piece, const Prepare& prepare, const Emit& emit) {
+        const size_t end = std::min(mesh_.triangles.size(), (p + 1) * piece);
+        for (size_t f = p * piece; f < end; ++f) {
+            glm::u32vec3& face = mesh_.triangles[f];
+            prepare(face);
+            const uint32_t a = subtree_of(face.x), b = subtree_of(face.y), c = subtree_of(face.z);
+            emit(a, face);
+            if (b != a) emit(b, face);
+            if (c != a && c != b) emit(c, face);
+        }
+    }
+
+    bool has_no_area(const glm::u32vec3& face) const {
+        const glm::dvec3 a = model(face.x), p = model(face.y) - a, q = model(face.z) - a;
+        const glm::dvec3 n = glm::cross(p, q);
+        return !(glm::dot(n, n) > 1e-24 * glm::dot(p, p) * glm::dot(q, q));
+    }
+
+    glm::dvec3 model(uint32_t leaf) const {
+        return (glm::dvec3(points_[leaf].position) + model_offset_) * inverse_scale_;
+    }
+    uint32_t subtree_end(size_t s) const {
+        return s + 1 < subtree_begin_.size() ? subtree_begin_[s + 1] : uint32_t(points_.size());
+    }
+
+    // For the upper tree: boxes that hold the surface of some leaves each, sums of normals and colours.
+    struct Summary {
+        std::vector<glm::vec3> hull;  // corners of boxes, model space
+        glm::dvec3 normal{0};
+        glm::u64vec3 colour{0};
+    };
+
+    void summarise_subtrees() {
+        summary_.resize(subtree_begin_.size());
+        core::parallel_for(summary_.size(), [&](size_t s) { summarise(s); }, 8);
+    }
+
+    void summarise(size_t s) {
+        const uint32_t begin = subtree_begin_[s], end = subtree_end(s);
+        const size_t boxes = (end - begin + kHullLeaves - 1) / kHullLeaves;
+        std::vector<glm::dvec3> low(boxes, glm::dvec3(1e300)), high(boxes, glm::dvec3(-1e300));
+        const auto extend = [&](uint32_t leaf, const glm::dvec3& p) {
+            const size_t b = (leaf - begin) / kHullLeaves;
+            low[b] = glm::min(low[b], p), high[b] = glm::max(high[b], p);
+        };
+        Summary& sum = summary_[s];
+        for (uint32_t leaf = begin; leaf < end; ++leaf) {
+            const uint32_t vertex = points_[leaf].vertex;
+            const double r = cloud_radii_.empty() ? 0 : 1.1 * double(cloud_radii_[vertex]) * inverse_scale_;
+            extend(leaf, model(leaf) - r), extend(leaf, model(leaf) + r);
+            if (!mesh_.colours.empty()) sum.colour += glm::u64vec3(mesh_.colours[vertex]);
+            if (mesh_.is_cloud() && !mesh_.normals.empty()) sum.normal += glm::dvec3(mesh_.normals[vertex]);
+        }
+        for (const glm::u32vec3& face : buckets_.of(s)) {
+            const glm::dvec3 corner[3] = {model(face.x), model(face.y), model(face.z)};
+            for (int k = 0; k < 3; ++k)
+                if (face[k] - begin < end - begin)
+                    for (const glm::dvec3& p : corner) extend(face[k], p);
+            sum.normal += glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
+        }
+        for (size_t b = 0; b < boxes; ++b)
+            for (int k = 0; k < 8; ++k)
+                sum.hull.emplace_back(k & 1 ? high[b].x : low[b].x, k & 2 ? high[b].y : low[b].y, k & 4 ? high[b].z : low[b].z);
+    }
+
+    // A child of an upper node: a cut, opened as long as there is room, the widest first.
+    struct UpperItem {
+        const UpperCut* cut;
+        bool is_between;
+    };
+
+    static std::vector<const UpperCut*> open_cuts(const UpperCut& cut) {
+        std::vector<const UpperCut*> open{&cut};
+        while (open.size() < size_t(kMaxFanOut)) {
+            size_t widest = open.size();
+            double width = -1;
+            for (size_t k = 0; k < open.size(); ++k) {
+                const double w = glm::length(glm::dvec3(open[k]->high) - glm::dvec3(open[k]->low));
+                if (!open[k]->is_subtree() && w > width) widest = k, width = w;
+            }
+            if (widest == open.size()) break;
+            const UpperCut* const c = open[widest];
+            open[widest] = c->left.get();
+            open.insert(open.begin() + ptrdiff_t(widest) + 1, c->right.get());
+        }
+        return open;
+    }
+
+    // Subtrees [first, last) of a cut.
+    std::pair<size_t, size_t> subtrees_of(const UpperCut& cut) const {
+        const auto at = [&](uint32_t leaf) {
+            return size_t(std::lower_bound(subtree_begin_.begin(), subtree_begin_.end(), leaf) - subtree_begin_.begin());
+        };
+        return {at(cut.begin), at(cut.end)};
+    }
+
+    void encode_upper() {
+        hull_begin_.assign(1, 0);
+        for (const Summary& s : summary_) {
+            for (const glm::vec3& p : s.hull) hull_.push(p);
+            hull_begin_.push_back(hull_.size());  // boxes have 8 corners: a multiple of kLanes
+        }
+        root_node_.normal = glm::vec3(0, 0, 1);
+        glm::dvec3 normal(0);
+        glm::u64vec3 colour(0);
+        for (const Summary& s : summary_) normal += s.normal, colour += s.colour;
+        if (const double length = glm::length(normal); length > 0) root_node_.normal = glm::vec3(normal / length);
+        report_.header.root_normal = root_node_.normal;
+        if (report_.header.has_colour()) {
+            const glm::u64vec3 mean = colour / uint64_t(points_.size());
+            report_.header.colour = {uint8_t(mean.r), uint8_t(mean.g), uint8_t(mean.b), 0};
+        }
+        model_.subtrees.resize(subtree_begin_.size());
+        subtree_parent_.resize(subtree_begin_.size());
+        std::vector<UpperItem> items;  // by node
+        const auto add_group = [&](const std::vector<UpperItem>& children, const Node& parent) {
+            CodedTree& upper = model_.upper;
+            upper.groups.push_back({uint32_t(upper.size()), uint32_t(children.size())});
+            for (UpperItem item : children) add_upper_node(item, parent), items.push_back(item);
+        };
+        std::vector<UpperItem> top;
+        for (const UpperCut* c : open_cuts(*root_)) top.push_back({c, false});
+        add_group(top, root_node_);
+        for (size_t node = 0; node < items.size(); ++node) {
+            const UpperItem item = items[node];
+            if (item.cut->is_subtree()) continue;
+            std::vector<UpperItem> children;
+            if (item.is_between)
+                children.push_back({item.cut, false});
+            else
+                for (const UpperCut* c : open_cuts(*item.cut)) children.push_back({c, false});
+            model_.upper.child_group[node] = int32_t(model_.upper.groups.size());
+            model_.upper.attitude[node] = uint16_t(model_.upper.attitude[node] | children.size());
+            const Node decoded = model_.upper.decoded[node];
+            add_group(children, decoded);
+        }
+    }
+
+    // A subtree's root is coded with its subtree; here it only gets its place and its parent.
+    void add_upper_node(UpperItem& item, const Node& parent) {
+        CodedTree& upper = model_.upper;
+        NodeEncoder::Result r;
+        int32_t child_group = CodedTree::kLeaf;
+        const auto [first, last] = subtrees_of(*item.cut);
+        if (item.cut->is_subtree()) {
+            child_group = -2 - int32_t(first);
+            subtree_parent_[first] = parent;
+        } else {
+            Content content{&hull_, hull_begin_[first], hull_begin_[last], glm::dvec3(0)};
+            glm::u64vec3 colour(0);
+            for (size_t s = first; s < last; ++s) content.normal += summary_[s].normal, colour += summary_[s].colour;
+            content.colour = glm::u8vec3(colour / uint64_t(item.cut->size()));
+            r = encoder_.encode(content, parent, frame_about(parent.normal));
+            item.is_between = r.is_between;
+            if (r.is_between) ++report_.fit.inserted;
+            else ++report_.fit.inner, report_.fit.inner_inflation += double(r.inflation);
+        }
+        upper.attitude.push_back(r.attitude);
+        upper.place.push_back(r.place);
+        upper.shape.push_back(r.shape);
+        upper.colour.push_back(r.colour);
+        upper.child_group.push_back(child_group);
+        upper.decoded.push_back(r.node);
+    }
+
+    void encode_subtrees() {
+        std::vector<FitCounts> counts(model_.subtrees.size());
+        boundary_.resize(model_.subtrees.size());
+        core::parallel_for(model_.subtrees.size(), [&](size_t s) {
+            SubtreeInput in;
+            in.begin = subtree_begin_[s], in.end = subtree_end(s);
+            in.points = points_;
+            in.faces = buckets_.of(s);
+            in.offset = model_offset_, in.inverse_scale = inverse_scale_;
+            in.normals = mesh_.normals, in.colours = mesh_.colours, in.cloud_radii = cloud_radii_;
+            model_.subtrees[s] = encode_subtree(in, subtree_parent_[s], counts[s], boundary_[s]);
+        });
+        for (const FitCounts& c : counts) report_.fit.add(c);
+    }
+
+    void set_upper_errors() {
+        CodedTree& upper = model_.upper;
+        for (size_t node = upper.size(); node-- > 0;) {
+            const int32_t group = upper.child_group[node];
+            if (group <= -2) {
+                upper.decoded[node] = model_.subtrees[size_t(-2 - group)].decoded[0];
+            } else {
+                const auto [first, n] = upper.groups[size_t(group)];
+                set_error(upper, node, error_over_children(upper.decoded[node], {&upper.decoded[first], n}));
+            }
+        }
+        const auto [first, n] = upper.groups[0];
+        report_.header.root_error = std::min(2.0f, error_over_children(root_node_, {&upper.decoded[first], n}));
+    }
+
+    // A model whose boundaries are all small (scan holes) is culled like a closed one.
+    void judge_boundary() {
+        std::unordered_map<uint32_t, uint32_t> parent;
+        const auto find = [&](uint32_t v) {
+            auto it = parent.try_emplace(v, v).first;
+            while (it->second != it->first) {
+                auto up = parent.find(it->second);
+                it->second = up->second;
+                it = up;
+            }
+            return it->first;
+        };
+        for (const auto& edges : boundary_)
+            for (const glm::u32vec2& e : edges) {
+                ++report_.boundary_edges;
+                const uint32_t a = find(e.x), b = find(e.y);
+                parent[std::max(a, b)] = std::min(a, b);
+            }
+        std::unordered_map<uint32_t, std::pair<glm::dvec3, glm::dvec3>> boxes;
+        for (const auto& edges : boundary_)
+            for (const glm::u32vec2& e : edges)
+                for (const uint32_t v : {e.x, e.y}) {
+                    auto [it, fresh] = boxes.try_emplace(find(v), model(v), model(v));
+                    it->second.first = glm::min(it->second.first, model(v));
+                    it->second.second = glm::max(it->second.second, model(v));
+                }
+        for (const auto& [v, box] : boxes) report_.widest_gap = std::max(report_.widest_gap, glm::length(box.second - box.first));
+        if (report_.widest_gap > kOpenGap) report_.header.flags |= kOpenSurface;
+    }
+
+    static constexpr int kHintShift = 8;
+
+    mesh::Mesh mesh_;
+    const BuildOptions& options_;
+    BuildReport& report_;
+    Stages stages_;
+    std::vector<float> cloud_radii_;
+    double radius_margin_ = 0;
+    std::vector<TreePoint> points_;
+    std::vector<uint32_t> leaf_of_;
+    std::unique_ptr<UpperCut> root_;
+    std::vector<uint32_t> subtree_begin_, subtree_hint_;
+    glm::dvec3 model_offset_{0};
+    double inverse_scale_ = 1;
+    FaceBuckets buckets_;
+    std::vector<Summary> summary_;
+    PointArrays hull_;
+    std::vector<size_t> hull_begin_;
+    Node root_node_;
+    NodeEncoder encoder_;
+    CodedModel model_;
+    std::vector<Node> subtree_parent_;
+    std::vector<std::vector<glm::u32vec2>> boundary_;
+};
+
+}  // namespace
+
+uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, bool has_colour, bool has_normals) {
+    // Positions, tree points and their spare, leaf numbers, coded nodes; faces twice (input and buckets).
+    const uint64_t per_vertex = 12 + 16 + 8 + 4 + 16 + (has_colour ? 3 : 0) + (has_normals ? 12 : 0);
+    return (uint64_t(32) << 20) + vertices * per_vertex + triangles * 26;
+}
+
+BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out, const std::string& name) {
+    BuildReport report;
+    if (mesh.positions.empty()) throw core::Error(name + ": has no vertices, so there is nothing to build");
+    report.memory_needed = memory_to_build(mesh.positions.size(), mesh.triangles.size(), !mesh.colours.empty(), !mesh.normals.empty());
+    if (options.memory_limit > 0 && report.memory_needed > options.memory_limit)
+        throw core::Error(core::text("%s: needs about %llu MiB for %zu vertices and %zu triangles, --memory allows %llu MiB", name.c_str(),
+                                     static_cast<unsigned long long>((report.memory_needed >> 20) + 1), mesh.positions.size(),
+                                     mesh.triangles.size(), static_cast<unsigned long long>(options.memory_limit >> 20)));
+    Builder(std::move(mesh), options, report).run(out);
+    report.file_bytes = kHeaderSize + report.header.block_count * report.header.block_size;
+    return report;
+}
+
+}  // namespace splat

@@ -1,0 +1,67 @@
+// The inner loops of the builder: fitting ellipsoids over points, in SIMD chosen at run time.
+//
+// Results do not depend on the vector length: only minima and maxima of separately rounded
+// values leave these functions.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "splat/node.h"
+
+namespace splat {
+
+constexpr size_t kLanes = 8;  // lengths of all point ranges are multiples of this
+
+// Points, structure of arrays.
+struct PointArrays {
+    std::vector<float> x, y, z;
+    size_t size() const { return x.size(); }
+    void clear() { x.clear(), y.clear(), z.clear(); }
+    void push(const glm::vec3& p) { x.push_back(p.x), y.push_back(p.y), z.push_back(p.z); }
+    void pad() {  // repeats the last point up to a multiple of kLanes
+        while (size() % kLanes) push({x.back(), y.back(), z.back()});
+    }
+    void resize(size_t n) { x.resize(n), y.resize(n), z.resize(n); }
+};
+
+// Least and greatest coordinates along u, v, w, (u+v) and (u-v).
+struct Extent {
+    float low[5], high[5];
+};
+
+// What must be covered, in a node's own frame: u, v across the normal, w along it, relative to the
+// parent's centre.
+struct FramePoints {
+    std::vector<float> u, v, w;
+    size_t count = 0;
+};
+
+// Rotates points [begin, end) minus `base` into `frame`, into `out`; returns their extent.
+Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::vec3& base, const Frame& frame,
+              FramePoints& out);
+
+// For the centre (u, v, w): the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2 for each kFlatness:
+// the square of the radius across that covers all points.
+std::array<float, 4> cover(const FramePoints& points, const glm::vec3& centre);
+
+// Least dot product of `normal` with the vectors [begin, end).
+float least_dot(const PointArrays& vectors, size_t begin, size_t end, const glm::vec3& normal);
+
+// A child's ellipsoid in its parent's frame, for nested_error().
+struct ChildShape {
+    glm::vec3 centre;  // relative to the parent's centre, u v w
+    glm::vec3 normal;
+    float radius, half_thickness, error;
+};
+
+// Bound on the distance from any point of an ellipsoid (radius, half thickness; about 0, along w) to
+// the surface, given ellipsoids that each stay within their `error` of it: the disc is cut into 24
+// convex cells, and the distance to a convex set is largest at a cell's corners.
+float nested_error(float radius, float half_thickness, std::span<const ChildShape> children);
+
+}  // namespace splat

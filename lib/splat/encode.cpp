@@ -1,0 +1,451 @@
+#include "splat/encode.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "splat/share.h"
+
+namespace splat {
+
+namespace {
+
+constexpr float kMaxInflation = 2.5f;   // beyond it a level is inserted
+constexpr float kThinWeight = 1.5f;     // what is minimised: R (1 + 1.5 rho), quality study section 2.2
+constexpr float kMinRadius = 1e-12f;    // model units; points closer together than this are one
+constexpr float kRoundUp = 1.00005f;    // over the float rounding of decode and cover
+
+glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& otherwise) {
+    const double length = glm::length(v);
+    return length > 1e-300 && std::isfinite(length) ? glm::vec3(v / length) : otherwise;
+}
+
+// Where in [-1, 1]^2 a direction lies before rounding.
+glm::vec2 flatten(const glm::vec3& n, const Frame& frame, int cone) {
+    if (cone < 0) {
+        const float sum = std::fabs(n.x) + std::fabs(n.y) + std::fabs(n.z);
+        const glm::vec2 p(n.x / sum, n.y / sum);
+        if (n.z >= 0) return p;
+        return {std::copysign(1.0f - std::fabs(p.y), p.x), std::copysign(1.0f - std::fabs(p.x), p.y)};
+    }
+    const float w = 1.0f + std::max(glm::dot(n, frame.n), -0.99f);
+    return glm::vec2(glm::dot(n, frame.t1), glm::dot(n, frame.t2)) / (w * kConeTan[cone]);
+}
+
+// The best of the four codes about the direction.
+uint32_t encode_normal(const glm::vec3& n, const Frame& frame, int cone) {
+    const glm::vec2 p = glm::clamp(flatten(n, frame, cone), -1.0f, 1.0f) * 22.0f + 22.0f;
+    const int x = std::min(int(p.x), kNormalSteps - 2), y = std::min(int(p.y), kNormalSteps - 2);
+    uint32_t best = 0;
+    float best_dot = -2;
+    for (int k = 0; k < 4; ++k) {
+        const auto code = uint32_t((y + k / 2) * kNormalSteps + x + k % 2);
+        const float dot = glm::dot(decode_normal(code, frame, cone), n);
+        if (dot > best_dot) best_dot = dot, best = code;
+    }
+    return best;
+}
+
+uint32_t encode_cone(float least_dot, int parent_cone) {
+    const int base = parent_cone < 0 ? 0 : parent_cone;
+    for (uint32_t code = 0; code < 3; ++code) {
+        const int index = decode_cone(int(code), parent_cone);
+        if (index >= base && kConeCos[index] <= least_dot - 2e-6f) return code;
+    }
+    return 3;
+}
+
+// Inverse of along_step, as a real index.
+float along_index(float c) {
+    const float a = std::fabs(c);
+    const float u = (-0.35f + std::sqrt(0.1225f + 2.6f * a)) / 1.3f;
+    return std::copysign(std::min(u, 1.0f), c) * 16.0f + 15.5f;
+}
+
+struct Choice {
+    uint32_t place = kRadiusLevels - 1u, shape = 3;
+    float cost = std::numeric_limits<float>::infinity();
+};
+
+glm::vec3 lattice_point(uint32_t place, float parent_radius) {
+    const glm::vec3 in_frame = decode_offset(place, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+    return in_frame * parent_radius;
+}
+
+// Tries the lattice points about `ideal` on one level.
+void try_level(int level, const FramePoints& points, const glm::vec3& ideal, float parent_radius, Choice& best) {
+    const float radius = kRadius[level] * parent_radius;
+    const float scale = 1.0f / std::max(centre_limit(level) * parent_radius, std::numeric_limits<float>::min());
+    const auto lower = [](float index, int top) { return std::clamp(int(std::floor(index)), 0, top); };
+    const int a0 = lower(ideal.x * scale * 3.5f + 3.5f, 6), b0 = lower(ideal.y * scale * 3.5f + 3.5f, 6);
+    const int c0 = lower(along_index(std::clamp(ideal.z * scale, -1.0f, 1.0f)), 30);
+    const float allowed = radius * radius / (kRoundUp * kRoundUp);
+    for (int k = 0; k < 8; ++k) {
+        const uint32_t place = uint32_t(level) | uint32_t(a0 + (k & 1)) << 4 | uint32_t(b0 + (k >> 1 & 1)) << 7 |
+                               uint32_t(c0 + (k >> 2)) << 10;
+        const std::array<float, 4> needed = cover(points, lattice_point(place, parent_radius));
+        for (uint32_t rho = 0; rho < 4; ++rho) {
+            if (!(needed[rho] <= allowed)) continue;
+            const float cost = radius * (1.0f + kThinWeight * kFlatness[rho]) *
+                               (1.0f + 1e-3f * std::sqrt(needed[rho] / allowed));  // among equals, the best centred
+            if (cost < best.cost) best = {place, rho, cost};
+            break;
+        }
+    }
+}
+
+// Middle of the smallest circle across, nearly, and of the thickness.
+glm::vec3 free_centre(const Extent& e) {
+    const auto middle = [&](int k) { return 0.5f * (e.low[k] + e.high[k]); };
+    const float sum = middle(3), difference = middle(4);
+    return {0.5f * (middle(0) + 0.5f * (sum + difference)), 0.5f * (middle(1) + 0.5f * (sum - difference)), middle(2)};
+}
+
+}  // namespace
+
+void FitCounts::add(const FitCounts& o) {
+    inserted += o.inserted, leaves += o.leaves, inner += o.inner;
+    leaf_inflation += o.leaf_inflation, inner_inflation += o.inner_inflation;
+    worst_leaf_inflation = std::max(worst_leaf_inflation, o.worst_leaf_inflation);
+    open_fans += o.open_fans;
+}
+
+NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& parent, const Frame& parent_frame) {
+    Result result;
+    const glm::vec3 wanted = unit_or(content.normal, parent.normal);
+    const uint32_t normal = encode_normal(wanted, parent_frame, parent.cone);
+    const Frame frame = frame_about(decode_normal(normal, parent_frame, parent.cone));
+    const uint32_t cone =
+        content.face_normals && content.face_end > content.face_begin
+            ? encode_cone(least_dot(*content.face_normals, content.face_begin, content.face_end, frame.n), parent.cone)
+            : 3;
+
+    Extent extent;
+    if (content.precise) {
+        exact_.clear();
+        for (size_t i = content.begin; i < content.end; ++i)
+            exact_.push(glm::vec3(content.base + (*content.precise)[i] - parent.centre));
+        extent = rotate(exact_, 0, exact_.size(), glm::vec3(0), frame, points_);
+    } else {
+        extent = rotate(*content.points, content.begin, content.end, glm::vec3(parent.centre - content.base), frame, points_);
+    }
+    const glm::vec3 ideal = free_centre(extent);
+    const std::array<float, 4> at_ideal = cover(points_, ideal);
+    const float smallest = std::max(std::sqrt(at_ideal[3]), std::min(kMinRadius, parent.radius));
+
+    Choice best;
+    for (int level = 0; level < kRadiusLevels; ++level) {
+        const float radius = kRadius[level] * parent.radius;
+        if (radius < smallest) continue;
+        if (radius * (1.0f + kThinWeight * kFlatness[0]) >= best.cost) break;
+        try_level(level, points_, ideal, parent.radius, best);
+    }
+    const int level = int(best.place & 15u);
+    result.attitude = uint16_t(cone << 3 | normal << 5);
+    result.place = uint16_t(best.place);
+    result.shape = uint8_t(best.shape);
+    result.colour = encode_colour(content.colour);
+    result.node = decode_node(result.attitude, result.place, result.shape, result.colour, parent, parent_frame);
+    result.inflation = result.node.radius / smallest;
+    result.is_between = result.inflation > kMaxInflation && level < kRadiusLevels - 1;
+    return result;
+}
+
+uint32_t quantise_error(float error, float radius) {
+    for (uint32_t code = 0; code < 8; ++code)
+        if (error <= radius * kErrorOfRadius[code]) return code;
+    return 7;
+}
+
+void set_error(CodedTree& tree, size_t node, float error) {
+    const uint32_t code = quantise_error(error, tree.decoded[node].radius);
+    tree.place[node] = uint16_t((tree.place[node] & 0x7fffu) | code >> 2 << 15);
+    tree.shape[node] = uint8_t((tree.shape[node] & 3u) | (code & 3u) << 2);
+    tree.decoded[node].error = tree.decoded[node].radius * kErrorOfRadius[code];
+}
+
+float error_over_children(const Node& node, std::span<const Node> children) {
+    const Frame frame = frame_about(node.normal);
+    ChildShape shapes[kMaxFanOut];
+    const auto turn = [&](const glm::vec3& v) {
+        return glm::vec3(glm::dot(frame.t1, v), glm::dot(frame.t2, v), glm::dot(frame.n, v));
+    };
+    for (size_t k = 0; k < children.size(); ++k) {
+        const Node& c = children[k];
+        shapes[k] = {turn(glm::vec3(c.centre - node.centre)), turn(c.normal), c.radius, c.radius * c.flatness, c.error};
+    }
+    return nested_error(node.radius, node.radius * node.flatness, {shapes, children.size()}) * kRoundUp;
+}
+
+namespace {
+
+// The surface of one subtree, leaf by leaf, as the encoder wants it.
+class SubtreeEncoder {
+  public:
+    SubtreeEncoder(const SubtreeInput& input, FitCounts& counts, std::vector<glm::u32vec2>& boundary)
+        : in_(input), count_(input.end - input.begin), base_(input.model(input.begin)), counts_(counts), boundary_(boundary) {}
+
+    CodedTree run(const Node& parent) {
+        gather_incidences();
+        gather_surface();
+        encode_nodes(parent);
+        set_errors();
+        tree_.decoded.resize(1);
+        return std::move(tree_);
+    }
+
+  private:
+    // The faces at each leaf as pairs (p, q) of the other two corners, in the face's sense.
+    void gather_incidences() {
+        pair_begin_.assign(count_ + 1, 0);
+        const auto local = [&](uint32_t leaf) { return leaf - in_.begin; };  // wraps below begin: too large
+        for (const glm::u32vec3& f : in_.faces)
+            for (int k = 0; k < 3; ++k)
+                if (local(f[k]) < count_) ++pair_begin_[local(f[k]) + 1];
+        for (uint32_t i = 0; i < count_; ++i) pair_begin_[i + 1] += pair_begin_[i];
+        pairs_.resize(pair_begin_[count_]);
+        std::vector<uint32_t>& at = cursor_;
+        at.assign(pair_begin_.begin(), pair_begin_.end() - 1);
+        for (const glm::u32vec3& f : in_.faces)
+            for (int k = 0; k < 3; ++k)
+                if (local(f[k]) < count_) pairs_[at[local(f[k])]++] = {f[(k + 1) % 3], f[(k + 2) % 3]};
+    }
+
+    void gather_surface() {
+        corner_begin_.assign(1, 0), normal_begin_.assign(1, 0);
+        normal_sum_.assign(1, glm::dvec3(0));
+        colour_sum_.assign(1, glm::u64vec3(0));
+        for (uint32_t i = 0; i < count_; ++i) {
+            const uint32_t leaf = in_.begin + i;
+            const uint32_t vertex = in_.points[leaf].vertex;
+            const glm::dvec3 at = in_.model(leaf) - base_;
+            glm::dvec3 normal = in_.cloud_radii.empty() ? add_faces(i, at) : add_disc(vertex, at);
+            if (!in_.normals.empty()) {
+                const glm::dvec3 given(in_.normals[vertex]);
+                const double weight = glm::length(normal);
+                if (glm::dot(given, given) > 0.25) {
+                    normal = given * (weight > 0 ? weight : 1.0);
+                    face_normals_.push(in_.normals[vertex]);
+                }
+            }
+            if (face_normals_.size() == normal_begin_.back()) face_normals_.push(unit_or(normal, {0, 0, 1}));
+            face_normals_.pad();
+            pad_corners();
+            corner_begin_.push_back(corners_.size());
+            normal_begin_.push_back(face_normals_.size());
+            normal_sum_.push_back(normal_sum_.back() + normal);
+            colour_sum_.push_back(colour_sum_.back() + glm::u64vec3(in_.colours.empty() ? glm::u8vec3(0) : in_.colours[vertex]));
+        }
+    }
+
+    void add_corner(const glm::dvec3& p) {
+        corners_.push(glm::vec3(p));
+        precise_.push_back(p);
+    }
+    void pad_corners() {
+        while (corners_.size() % kLanes) add_corner(precise_.back());
+    }
+
+    // Share corners and face normals of leaf i; returns the area-weighted normal.
+    glm::dvec3 add_faces(uint32_t i, const glm::dvec3& at) {
+        glm::dvec3 sum(0);
+        add_corner(at);
+        for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) {
+            const glm::dvec3 p = in_.model(pairs_[k].x) - base_ - at, q = in_.model(pairs_[k].y) - base_ - at;
+            const Share share = share_of(p, q);
+            for (int c = 0; c < share.count; ++c) add_corner(at + share.corner[c]);
+            const glm::dvec3 cross = glm::cross(p, q);
+            const double area2 = glm::length(cross);
+            if (area2 > 1e-12 * glm::dot(p, p) + 1e-290) face_normals_.push(glm::vec3(cross / area2));
+            sum += cross;
+        }
+        return sum;
+    }
+
+    // A bare point covers a disc across its normal (a ball's octahedron where it has none).
+    glm::dvec3 add_disc(uint32_t vertex, const glm::dvec3& at) {
+        const double radius = double(in_.cloud_radii[vertex]) * in_.inverse_scale;
+        const glm::vec3 n = in_.normals.empty() ? glm::vec3(0) : in_.normals[vertex];
+        if (glm::dot(n, n) < 0.25f) {
+            for (int axis = 0; axis < 3; ++axis)
+                for (const double sign : {-1.0, 1.0}) {
+                    glm::dvec3 p = at;
+                    p[axis] += sign * radius;
+                    add_corner(p);
+                }
+            return glm::dvec3(0);
+        }
+        const Frame frame = frame_about(n);
+        for (int k = 0; k < 8; ++k) {
+            const double phi = k * 0.78539816339744831;
+            add_corner(at + radius / 0.92387953251128674 * (std::cos(phi) * glm::dvec3(frame.t1) + std::sin(phi) * glm::dvec3(frame.t2)));
+        }
+        return glm::dvec3(n) * (radius * radius);
+    }
+
+    // A run of leaves that is to become a node.
+    struct Run {
+        uint32_t begin, end;
+        bool is_between;  // the node only stands between: its one child has the same leaves
+    };
+
+    Content content_of(const Run& run) const {
+        Content c{&corners_, corner_begin_[run.begin], corner_begin_[run.end], base_};
+        c.normal = normal_sum_[run.end] - normal_sum_[run.begin];
+        c.face_normals = &face_normals_;
+        c.face_begin = normal_begin_[run.begin], c.face_end = normal_begin_[run.end];
+        const glm::u64vec3 sum = colour_sum_[run.end] - colour_sum_[run.begin];
+        const uint64_t n = run.end - run.begin;
+        c.colour = glm::u8vec3((sum + n / 2) / n);
+        return c;
+    }
+
+    // Codes the children `runs` of `parent` as a new group.
+    void encode_group(std::span<const Run> runs, const Node& parent) {
+        const Frame frame = frame_about(parent.normal);
+        tree_.groups.push_back({uint32_t(tree_.size()), uint32_t(runs.size())});
+        for (Run run : runs) {
+            Content content = content_of(run);
+            // Far below the subtree's size the float corners are too coarse.
+            if (parent.radius < 0.02f * subtree_radius_) content.precise = &precise_;
+            const NodeEncoder::Result r = encoder_.encode(content, parent, frame);
+            run.is_between = r.is_between;
+            const bool is_leaf = run.end - run.begin == 1 && !r.is_between;
+            count(r, is_leaf);
+            tree_.attitude.push_back(r.attitude);
+            tree_.place.push_back(r.place);
+            tree_.shape.push_back(r.shape);
+            tree_.colour.push_back(r.colour);
+            tree_.child_group.push_back(CodedTree::kLeaf);
+            tree_.decoded.push_back(r.node);
+            runs_.push_back(run);
+        }
+    }
+
+    void count(const NodeEncoder::Result& r, bool is_leaf) {
+        if (r.is_between) {
+            ++counts_.inserted;
+        } else if (is_leaf) {
+            ++counts_.leaves;
+            counts_.leaf_inflation += double(r.inflation);
+            counts_.worst_leaf_inflation = std::max(counts_.worst_leaf_inflation, r.inflation);
+        } else {
+            ++counts_.inner;
+            counts_.inner_inflation += double(r.inflation);
+        }
+    }
+
+    void encode_nodes(const Node& parent) {
+        subtree_radius_ = 0;
+        for (const glm::dvec3& p : precise_) subtree_radius_ = std::max(subtree_radius_, float(glm::length(p)));
+        const Run all{0, count_, false};
+        encode_group({&all, 1}, parent);
+        for (size_t node = 0; node < tree_.size(); ++node) {
+            const Run run = runs_[node];
+            Run children[kMaxFanOut];
+            size_t n = 0;
+            if (run.is_between) {
+                children[n++] = {run.begin, run.end, false};
+            } else if (run.end - run.begin > 1) {
+                const uint32_t step = child_leaves(run.end - run.begin);
+                for (uint32_t b = run.begin; b < run.end; b += step) children[n++] = {b, std::min(b + step, run.end), false};
+            }
+            if (n == 0) continue;
+            tree_.child_group[node] = int32_t(tree_.groups.size());
+            tree_.attitude[node] = uint16_t(tree_.attitude[node] | n);
+            const Node decoded = tree_.decoded[node];
+            encode_group({children, n}, decoded);
+        }
+    }
+
+    void set_errors() {
+        for (size_t node = tree_.size(); node-- > 0;) {
+            const int32_t group = tree_.child_group[node];
+            if (group == CodedTree::kLeaf) {
+                set_error(tree_, node, leaf_error(runs_[node].begin, tree_.decoded[node]));
+            } else {
+                const auto [first, n] = tree_.groups[size_t(group)];
+                set_error(tree_, node, error_over_children(tree_.decoded[node], {&tree_.decoded[first], n}));
+            }
+        }
+    }
+
+    // Bound on the distance from any point of a leaf's ellipsoid to the faces about its vertex.  Where
+    // the faces go once round the vertex, all seen from the normal's side, each point of the disc lies over
+    // (or beyond) one of them, and the height of that face is bounded by its corners.
+    float leaf_error(uint32_t i, const Node& node) {
+        const glm::dvec3 vertex = in_.model(in_.begin + i) - node.centre;
+        const Frame frame = frame_about(node.normal);
+        const auto turn = [&](const glm::dvec3& v) {
+            return glm::dvec3(glm::dot(glm::dvec3(frame.t1), v), glm::dot(glm::dvec3(frame.t2), v), glm::dot(glm::dvec3(frame.n), v));
+        };
+        const double radius = double(node.radius), h = radius * double(node.flatness);
+        const double to_vertex = glm::length(vertex) + radius;
+        const glm::dvec3 v = turn(vertex);
+        const double reach = radius + std::sqrt(v.x * v.x + v.y * v.y);
+        if (!is_closed(i)) return open_fan(to_vertex);
+        double worst = 0;
+        for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) {
+            const glm::dvec3 p = turn(in_.model(pairs_[k].x) - node.centre), q = turn(in_.model(pairs_[k].y) - node.centre);
+            const glm::dvec2 a(p - v), b(q - v);
+            const double turned = a.x * b.y - a.y * b.x;
+            if (!(turned > 0)) return open_fan(to_vertex);
+            const double far_edge = turned / glm::length(b - a);  // distance of the vertex from the line through p and q
+            const double part = std::min(1.0, reach / far_edge);
+            const double low = v.z + part * std::min({0.0, p.z - v.z, q.z - v.z});
+            const double high = v.z + part * std::max({0.0, p.z - v.z, q.z - v.z});
+            const double height = h + std::max(std::fabs(low), std::fabs(high));
+            const double beyond = std::max(0.0, reach - far_edge);
+            worst = std::max(worst, std::sqrt(height * height + beyond * beyond));
+        }
+        return float(std::min(worst, to_vertex)) * kRoundUp;
+    }
+    float open_fan(double to_vertex) {
+        ++counts_.open_fans;
+        return float(to_vertex) * kRoundUp;
+    }
+    // Do the faces go round leaf i and close?  If not, notes the edges without a partner.
+    bool is_closed(uint32_t i) {
+        uint64_t out = 0, in = 0;  // sums of hashes: equal where each edge is left as often as entered
+        for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) out += mix(pairs_[k].x), in += mix(pairs_[k].y);
+        if (out == in) return pair_begin_[i] < pair_begin_[i + 1];
+        for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) {
+            bool x_entered = false, y_left = false;
+            for (uint32_t m = pair_begin_[i]; m < pair_begin_[i + 1]; ++m)
+                x_entered |= pairs_[m].y == pairs_[k].x, y_left |= pairs_[m].x == pairs_[k].y;
+            if (!x_entered) boundary_.emplace_back(in_.begin + i, pairs_[k].x);
+            if (!y_left) boundary_.emplace_back(in_.begin + i, pairs_[k].y);
+        }
+        return false;
+    }
+    static uint64_t mix(uint64_t x) {
+        x = (x + 1) * 0x9e3779b97f4a7c15u;
+        return x ^ x >> 29;
+    }
+
+    const SubtreeInput& in_;
+    const uint32_t count_;
+    const glm::dvec3 base_;
+    FitCounts& counts_;
+    std::vector<glm::u32vec2>& boundary_;
+    NodeEncoder encoder_;
+    CodedTree tree_;
+    float subtree_radius_ = 0;
+    std::vector<Run> runs_;
+    std::vector<uint32_t> pair_begin_, cursor_;
+    std::vector<glm::u32vec2> pairs_;
+    PointArrays corners_, face_normals_;
+    std::vector<glm::dvec3> precise_;
+    std::vector<size_t> corner_begin_, normal_begin_;
+    std::vector<glm::dvec3> normal_sum_;
+    std::vector<glm::u64vec3> colour_sum_;
+};
+
+}  // namespace
+
+CodedTree encode_subtree(const SubtreeInput& input, const Node& parent, FitCounts& counts,
+                         std::vector<glm::u32vec2>& boundary) {
+    return SubtreeEncoder(input, counts, boundary).run(parent);
+}
+
+}  // namespace splat

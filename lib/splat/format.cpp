@@ -1,0 +1,146 @@
+#include "splat/format.h"
+
+#include <xxhash.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "core/bytes.h"
+#include "core/error.h"
+#include "splat/node.h"
+
+namespace splat {
+
+namespace {
+
+constexpr size_t kHeaderChecksumAt = kHeaderSize - 8;
+
+[[noreturn]] void refuse(const std::string& name, const std::string& what) {
+    throw core::Error(name + ": header: " + what);
+}
+
+void check_counts(const Header& h, const std::string& name) {
+    if (h.block_size < kMinBlockSize || h.block_size > kMaxBlockSize || !std::has_single_bit(h.block_size))
+        refuse(name, core::text("block size %u is not a power of two from %u to %u", h.block_size,
+                                kMinBlockSize, kMaxBlockSize));
+    if (h.root_children < 1 || h.root_children > kMaxFanOut)
+        refuse(name, core::text("the root has %u children, 1 to %d are possible", h.root_children, kMaxFanOut));
+    if (h.block_count == 0 || h.block_count > (uint64_t(1) << 46) / h.block_size)
+        refuse(name, core::text("block count %llu is out of range", static_cast<unsigned long long>(h.block_count)));
+    if (h.node_count < h.root_children || h.node_count > h.block_count * h.capacity() || h.leaf_count > h.node_count ||
+        h.leaf_count == 0)
+        refuse(name, core::text("%llu nodes with %llu leaves do not go with %llu blocks",
+                                static_cast<unsigned long long>(h.node_count),
+                                static_cast<unsigned long long>(h.leaf_count),
+                                static_cast<unsigned long long>(h.block_count)));
+    if (h.level_count < 1 || h.level_count > kMaxLevels)
+        refuse(name, core::text("%u levels, 1 to %d are possible", h.level_count, kMaxLevels));
+}
+
+void check_root(const Header& h, const std::string& name) {
+    if (!(std::isfinite(h.origin.x) && std::isfinite(h.origin.y) && std::isfinite(h.origin.z)))
+        refuse(name, "the origin is not finite");
+    if (!(std::isfinite(h.scale) && h.scale > 0)) refuse(name, "the scale is not a positive number");
+    const double length = glm::length(glm::dvec3(h.root_normal));
+    if (!(std::fabs(length - 1) < 1e-3)) refuse(name, "the root's normal is not of unit length");
+    if (!(h.root_flatness > 0 && h.root_flatness <= 1)) refuse(name, "the root's flatness is not in (0, 1]");
+    if (!(h.root_error >= 0 && h.root_error <= 2)) refuse(name, "the root's error is not in [0, 2]");
+    if (h.root_cone < -1 || h.root_cone >= kConeCount) refuse(name, "the root's cone is out of range");
+}
+
+}  // namespace
+
+uint32_t Header::capacity() const {
+    const uint32_t bits = has_colour() ? 52 : 36;
+    const uint32_t nodes = (block_size - uint32_t(kBlockHeaderSize)) * 8 / bits;
+    return nodes / kMaxFanOut * kMaxFanOut;
+}
+
+BlockLayout::BlockLayout(const Header& header) : capacity(header.capacity()) {
+    attitude = kBlockHeaderSize;
+    place = attitude + size_t(2) * capacity;
+    colour = place + size_t(2) * capacity;
+    shape = colour + (header.has_colour() ? size_t(2) * capacity : 0);
+}
+
+std::array<std::byte, kHeaderSize> encode_header(const Header& h) {
+    core::ByteWriter w;
+    for (const char c : kMagic) w.put(c);
+    w.put(kVersion);
+    w.put(uint32_t(kHeaderSize));
+    w.put(h.block_size);
+    w.put(h.flags);
+    w.put(h.origin.x), w.put(h.origin.y), w.put(h.origin.z);
+    w.put(h.scale);
+    w.put(h.block_count);
+    w.put(h.node_count);
+    w.put(h.leaf_count);
+    w.put(h.vertices_in);
+    w.put(h.triangles_in);
+    w.put(h.level_count);
+    w.put(h.root_children);
+    w.put(h.root_normal.x), w.put(h.root_normal.y), w.put(h.root_normal.z);
+    w.put(h.root_flatness);
+    w.put(h.root_error);
+    w.put(h.root_cone);
+    for (const uint8_t c : h.colour) w.put(c);
+    std::array<std::byte, kHeaderSize> bytes{};
+    std::memcpy(bytes.data(), w.bytes.data(), w.bytes.size());
+    const uint64_t sum = XXH3_64bits(bytes.data(), kHeaderChecksumAt);
+    std::memcpy(bytes.data() + kHeaderChecksumAt, &sum, sizeof(sum));
+    return bytes;
+}
+
+bool is_model(std::span<const std::byte> bytes) {
+    return bytes.size() >= sizeof(kMagic) && std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) == 0;
+}
+
+Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
+    if (!is_model(bytes)) {
+        const bool original = bytes.size() >= 6 && std::memcmp(bytes.data(), "QSplat", 6) == 0;
+        throw core::Error(name + (original ? ": a model of the original QSplat program, which this version does not read"
+                                           : ": not a splat model (its first bytes are not 'qs-model')"));
+    }
+    if (bytes.size() < kHeaderSize)
+        throw core::Error(core::text("%s: cut off at byte %zu, the header has %zu", name.c_str(), bytes.size(), kHeaderSize));
+    core::ByteReader r(bytes, name);
+    r.take<uint64_t>();
+    const auto version = r.take<uint32_t>();
+    if (version != kVersion)
+        throw core::Error(core::text("%s: format version %u, this program reads version %u", name.c_str(), version, kVersion));
+    uint64_t sum;
+    std::memcpy(&sum, bytes.data() + kHeaderChecksumAt, sizeof(sum));
+    const uint64_t found = XXH3_64bits(bytes.data(), kHeaderChecksumAt);
+    if (sum != found)
+        refuse(name, core::text("checksum %016llx, stored is %016llx", static_cast<unsigned long long>(found),
+                                static_cast<unsigned long long>(sum)));
+    if (const auto size = r.take<uint32_t>(); size != kHeaderSize)
+        refuse(name, core::text("header of %u bytes, version 1 has %zu", size, kHeaderSize));
+    Header h;
+    h.block_size = r.take<uint32_t>();
+    h.flags = r.take<uint32_t>();
+    h.origin.x = r.take<double>(), h.origin.y = r.take<double>(), h.origin.z = r.take<double>();
+    h.scale = r.take<double>();
+    h.block_count = r.take<uint64_t>();
+    h.node_count = r.take<uint64_t>();
+    h.leaf_count = r.take<uint64_t>();
+    h.vertices_in = r.take<uint64_t>();
+    h.triangles_in = r.take<uint64_t>();
+    h.level_count = r.take<uint32_t>();
+    h.root_children = r.take<uint32_t>();
+    h.root_normal.x = r.take<float>(), h.root_normal.y = r.take<float>(), h.root_normal.z = r.take<float>();
+    h.root_flatness = r.take<float>();
+    h.root_error = r.take<float>();
+    h.root_cone = r.take<int32_t>();
+    for (uint8_t& c : h.colour) c = r.take<uint8_t>();
+    check_counts(h, name);
+    check_root(h, name);
+    return h;
+}
+
+uint32_t block_checksum(std::span<const std::byte> block, uint64_t number) {
+    return uint32_t(XXH3_64bits_withSeed(block.data() + 4, block.size() - 4, number));
+}
+
+}  // namespace splat

@@ -1,0 +1,81 @@
+// The .qs file: constants, header and block layout.  The specification is man/qs.5; this follows it.
+//
+//     file  = header (256 bytes), then blocks of one size
+//     block = header (16 bytes), then one array a channel, for `capacity` nodes:
+//             u16 attitude[], u16 place[], u4 shape[], and u16 colour[] where there is colour
+//
+// Nodes stand in breadth-first order, whole sibling groups to a block.  Where a group's children
+// are is not stored: each block says where the first child group of its nodes is, and the rest
+// follows by counting (Model::children_of).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <span>
+#include <string>
+
+namespace splat {
+
+constexpr char kMagic[8] = {'q', 's', '-', 'm', 'o', 'd', 'e', 'l'};
+constexpr uint32_t kVersion = 1;
+constexpr size_t kHeaderSize = 256;
+constexpr size_t kBlockHeaderSize = 16;
+constexpr uint32_t kMinBlockSize = 1024, kMaxBlockSize = 65536;
+constexpr int kMaxFanOut = 7;     // three bits say "leaf, or 1 to 7 children"
+constexpr int kMaxLevels = 4096;  // deeper files are refused
+
+enum Flags : uint32_t {
+    kHasColour = 1,      // u16 colour a node, 5:6:5, red in the high bits
+    kConstantColour = 2, // one colour for all, in the header
+    kOpenSurface = 4,    // not closed: both sides may be seen, cones must not cull
+    kCloud = 8,          // built from bare points: radii are estimates, `error` is to the points
+};
+
+// The root is not a node of the blocks: its sphere is the unit sphere of model space, and the rest
+// of it stands here.  World = origin + scale * model.
+struct Header {
+    uint32_t block_size = kMinBlockSize;
+    uint32_t flags = 0;
+    glm::dvec3 origin{0};        // world position of the root's centre
+    double scale = 1;            // world units in a model unit (the root's radius), > 0
+    uint64_t block_count = 0;
+    uint64_t node_count = 0;     // without the root
+    uint64_t leaf_count = 0;
+    uint64_t vertices_in = 0;    // of the input, dropped ones included
+    uint64_t triangles_in = 0;
+    uint32_t level_count = 0;    // levels below the root
+    uint32_t root_children = 0;  // 1..7, at block 0, slot 0
+    glm::vec3 root_normal{0, 0, 1};
+    float root_flatness = 1;
+    float root_error = 2;
+    int32_t root_cone = -1;
+    std::array<uint8_t, 4> colour{};  // with kConstantColour: r, g, b, 0; else the root's mean colour
+
+    bool has_colour() const { return flags & kHasColour; }
+    uint32_t capacity() const;   // nodes a block: as many as fit, a multiple of 7
+};
+
+struct BlockHeader {
+    uint32_t checksum;      // low half of XXH3_64bits_withSeed(bytes 4.., block number)
+    uint16_t node_count;    // nodes used; the rest is zero
+    uint16_t child_slot;    // where the first child group of the block's nodes is
+    uint64_t child_block;
+};
+
+// Serialised form, 256 bytes with its checksum.  parse throws core::Error "<name>: ...".
+std::array<std::byte, kHeaderSize> encode_header(const Header& header);
+Header parse_header(std::span<const std::byte> bytes, const std::string& name);
+bool is_model(std::span<const std::byte> bytes);  // by the magic alone
+
+// Byte offsets of the channels in a block.
+struct BlockLayout {
+    explicit BlockLayout(const Header& header);
+    uint32_t capacity;
+    size_t attitude, place, shape, colour;
+};
+
+uint32_t block_checksum(std::span<const std::byte> block, uint64_t number);
+
+}  // namespace splat

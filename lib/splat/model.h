@@ -1,0 +1,98 @@
+// A splat model that is being read: a mapped file, or a prefix of one.
+//
+// Blocks are checked when they are first used (checksum, counts, pointers), once, by whichever
+// thread comes first; after that nodes are decoded straight from the mapped bytes.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/file.h"
+#include "geom/sphere.h"
+#include "splat/format.h"
+#include "splat/node.h"
+
+namespace splat {
+
+// Where a sibling group lies: `slot` of its first node in `block`.
+struct GroupAt {
+    uint64_t block = 0;
+    uint32_t slot = 0;
+    bool operator==(const GroupAt&) const = default;
+};
+
+class Model {
+  public:
+    // `path` "-" is standard input.  A file that is cut off is a coarser model.
+    // Throws core::Error: not a model, header damaged, not one whole block.
+    explicit Model(const std::string& path);
+    Model(core::InputFile file);
+
+    const Header& header() const { return header_; }
+    const BlockLayout& layout() const { return layout_; }
+    const std::string& name() const { return file_.name(); }
+    uint64_t blocks_present() const { return blocks_present_; }
+    bool is_complete() const { return blocks_present_ == header_.block_count; }
+    size_t size_bytes() const { return file_.bytes().size(); }
+
+    Node root() const;
+
+    bool has_block(uint64_t block) const { return block < blocks_present_; }
+
+    // The bytes of a block that is present, checked.  Throws core::Error
+    // "<name>: block 7 at byte 7424: ...".
+    std::span<const std::byte> block(uint64_t number) const;
+
+    // How many blocks were used so far (for reports).
+    uint64_t blocks_used() const { return blocks_used_.load(std::memory_order_relaxed); }
+
+    // Throws for a fault in `number` that the checksum does not show.
+    [[noreturn]] void fault(uint64_t number, const std::string& what) const;
+
+  private:
+    void check_block(uint64_t number) const;
+
+    core::InputFile file_;
+    Header header_;
+    BlockLayout layout_;
+    uint64_t blocks_present_ = 0;
+    std::unique_ptr<std::atomic<uint8_t>[]> checked_;
+    mutable std::atomic<uint64_t> blocks_used_{0};
+};
+
+// The nodes of one block and where their children are: the running count, done once for a block.
+class BlockView {
+  public:
+    // Decodes the pointers of a checked block.
+    void open(const Model& model, uint64_t number);
+    uint64_t number() const { return number_; }
+    bool is_open() const { return is_open_; }
+
+    uint32_t node_count() const { return node_count_; }
+    const uint16_t* attitude() const { return attitude_; }
+    const uint16_t* place() const { return place_; }
+    const uint8_t* shape() const { return shape_; }  // two nodes a byte, even slot in the low half
+    const uint16_t* colour() const { return colour_; }  // null without the channel
+
+    uint8_t shape_of(uint32_t slot) const { return uint8_t(shape_[slot / 2] >> (slot & 1 ? 4 : 0) & 15); }
+    int children_of(uint32_t slot) const { return attitude_[slot] & 7; }
+    GroupAt group_of(uint32_t slot) const {  // of a node with children
+        return {child_block_ + (child_at_[slot] >> 16), child_at_[slot] & 0xffffu};
+    }
+
+  private:
+    bool is_open_ = false;
+    uint64_t number_ = 0, child_block_ = 0;
+    uint32_t node_count_ = 0;
+    const uint16_t *attitude_ = nullptr, *place_ = nullptr, *colour_ = nullptr;
+    const uint8_t* shape_ = nullptr;
+    std::vector<uint32_t> child_at_;  // block - child_block_ in the high half, slot in the low
+};
+
+// Bounding sphere of a model, world units, from its header alone.
+geom::Sphere read_bounds(const std::string& path);
+
+}  // namespace splat

@@ -1,0 +1,114 @@
+#include "splat/tree.h"
+
+#include <tbb/parallel_invoke.h>
+
+#include <algorithm>
+
+#include "core/parallel.h"
+
+namespace splat {
+
+namespace {
+
+struct Box {
+    glm::vec3 low, high;
+};
+
+Box box_of(std::span<const TreePoint> points) {
+    Box box{points[0].position, points[0].position};
+    for (const TreePoint& p : points) {
+        box.low = glm::min(box.low, p.position);
+        box.high = glm::max(box.high, p.position);
+    }
+    return box;
+}
+
+int longest_axis(const Box& box) {
+    // Halved, so that the difference of two large floats does not overflow.
+    const glm::vec3 side = box.high * 0.5f - box.low * 0.5f;
+    if (side.x >= side.y && side.x >= side.z) return 0;
+    return side.y >= side.z ? 1 : 2;
+}
+
+// Where equal coordinates meet, the vertex number decides: the order depends on nothing else.
+struct Before {
+    int axis;
+    bool operator()(const TreePoint& a, const TreePoint& b) const {
+        const float x = a.position[axis], y = b.position[axis];
+        return x < y || (x == y && a.vertex < b.vertex);
+    }
+};
+
+// Out of place and without branches: a middle cut is a coin toss for the branch predictor.
+// Keeps the order on both sides; returns how many went left (position[axis] < middle).
+size_t partition(std::span<TreePoint> points, int axis, float middle, std::vector<TreePoint>& spare) {
+    spare.resize(points.size());
+    size_t left = 0, right = 0;
+    TreePoint* const kept = points.data();
+    TreePoint* const moved = spare.data();
+    for (const TreePoint p : points) {
+        const bool goes_left = p.position[axis] < middle;
+        kept[left] = p;  // left never overtakes the reader
+        moved[right] = p;
+        left += goes_left;
+        right += !goes_left;
+    }
+    std::copy_n(moved, right, kept + left);
+    return left;
+}
+
+// Sorts a subtree: cuts at multiples of `quantum`, down to the leaves.
+void sort_groups(std::span<TreePoint> points, uint32_t quantum) {
+    const auto n = uint32_t(points.size());
+    if (n <= 1) return;
+    if (n <= quantum) return sort_groups(points, child_leaves(n));
+    if (n <= uint32_t(kMaxFanOut) && quantum == 1) return;  // one group: the order within is free
+    const Box box = box_of(points);
+    const int axis = longest_axis(box);
+    const float middle = box.low[axis] * 0.5f + box.high[axis] * 0.5f;
+    uint32_t below = 0;
+    for (const TreePoint& p : points) below += p.position[axis] < middle;
+    const uint32_t pieces = (n + quantum - 1) / quantum;
+    const uint32_t cut = std::clamp((below + quantum / 2) / quantum, 1u, pieces - 1) * quantum;
+    std::nth_element(points.begin(), points.begin() + cut, points.end(), Before{axis});
+    sort_groups(points.first(cut), quantum);
+    sort_groups(points.subspan(cut), quantum);
+}
+
+void sort_upper(UpperCut& node, std::span<TreePoint> all) {
+    const auto points = all.subspan(node.begin, node.size());
+    const Box box = box_of(points);
+    node.low = box.low, node.high = box.high;
+    if (node.size() <= kSubtreeLeaves) {
+        if (node.size() > 1) sort_groups(points, child_leaves(node.size()));
+        return;
+    }
+    const int axis = longest_axis(box);
+    const float middle = box.low[axis] * 0.5f + box.high[axis] * 0.5f;
+    thread_local std::vector<TreePoint> spare;
+    size_t left = partition(points, axis, middle, spare);
+    if (left == 0 || left == points.size()) {  // no float lies between: halve by count
+        left = points.size() / 2;
+        std::nth_element(points.begin(), points.begin() + ptrdiff_t(left), points.end(), Before{axis});
+    }
+    node.left = std::make_unique<UpperCut>();
+    node.right = std::make_unique<UpperCut>();
+    node.left->begin = node.begin;
+    node.left->end = node.right->begin = node.begin + uint32_t(left);
+    node.right->end = node.end;
+    if (node.size() > 16 * kSubtreeLeaves)
+        tbb::parallel_invoke([&] { sort_upper(*node.left, all); }, [&] { sort_upper(*node.right, all); });
+    else
+        sort_upper(*node.left, all), sort_upper(*node.right, all);
+}
+
+}  // namespace
+
+std::unique_ptr<UpperCut> sort_into_tree(std::span<TreePoint> points) {
+    auto root = std::make_unique<UpperCut>();
+    root->end = uint32_t(points.size());
+    sort_upper(*root, points);
+    return root;
+}
+
+}  // namespace splat
