@@ -110,14 +110,17 @@ Point point_of(const Camera& camera) {
     return p;
 }
 
-Camera camera_of(const Point& p, const Camera& like) {
+// The camera at `p`, between `key` and the next.  What stays as it is in the key is not sent through its
+// logarithm and back, which would change the last digit.
+Camera camera_of(const Point& p, const Camera& key) {
+    const Point k = point_of(key);
     Camera camera;
     camera.eye = {p[0], p[1], p[2]};
     camera.target = {p[3], p[4], p[5]};
     camera.up = {p[6], p[7], p[8]};
-    camera.fovy_deg = fovy_of(p[9]);
-    if (like.near) camera.near = std::exp(p[10]);
-    if (like.far) camera.far = std::exp(p[11]);
+    camera.fovy_deg = p[9] == k[9] ? key.fovy_deg : fovy_of(p[9]);
+    if (key.near) camera.near = p[10] == k[10] ? *key.near : std::exp(p[10]);
+    if (key.far) camera.far = p[11] == k[11] ? *key.far : std::exp(p[11]);
     return camera;
 }
 
@@ -186,10 +189,11 @@ Curve curve_through(std::span<const Camera> keys, bool closed) {
     return curve;
 }
 
-// Cubic from value a (tangent ta) to b (tangent tb) over `step`, at fraction f.
+// Cubic from value a (tangent ta) to b (tangent tb) over `step`, at fraction f.  Exactly a where nothing
+// changes.
 double hermite(double a, double ta, double b, double tb, double step, double f) {
     const double g = 1 - f;
-    return a * (g * g * (1 + 2 * f)) + b * (f * f * (3 - 2 * f)) + step * f * g * (ta * g - tb * f);
+    return a + (b - a) * (f * f * (3 - 2 * f)) + step * f * g * (ta * g - tb * f);
 }
 
 Point point_at(const Curve& curve, size_t k, double knot) {
@@ -226,7 +230,7 @@ std::vector<double> key_times(std::span<const Camera> keys, const Spline& option
     for (size_t k = 0; k < times.size(); ++k) {
         times[k] = options.timing == Spline::Timing::keys ? keys[k].time_s : double(k);
         if (k > 0 && !(times[k] > times[k - 1]))
-            throw core::Error(core::text("key %zu: its time is %g s, not after %g s of the key before", k,
+            throw core::Error(core::text("key %zu: its time is %g s, not after %g s of the key before", k + 1,
                                          times[k], times[k - 1]));
     }
     return times;
@@ -242,7 +246,8 @@ void check_keys(std::span<const Camera> keys, const Spline& options) {
     for (size_t k = 1; k < keys.size(); ++k)
         if (keys[k].near.has_value() != keys[0].near.has_value() ||
             keys[k].far.has_value() != keys[0].far.has_value())
-            throw core::Error(core::text("key %zu: \"near\" and \"far\" must be in all keys or in none", k));
+            throw core::Error(
+                core::text("key %zu: \"near\" and \"far\" must be in all keys or in none", k + 1));
 }
 
 int frame_count(double span, const Spline& options) {
@@ -348,7 +353,7 @@ std::vector<Camera> spline(std::span<const Camera> keys, const Spline& options) 
             const double step = times[k + 1] - times[k];
             const double knot = hermite(curve.knots[k], speeds[k], curve.knots[k + 1], speeds[k + 1], step,
                                         (time - times[k]) / step);
-            path.push_back(camera_of(point_at(curve, k, knot), keys[0]));
+            path.push_back(camera_of(point_at(curve, k, knot), keys[k]));
         }
         path.back().time_s = options.timing == Spline::Timing::keys ? time : double(i) / options.fps;
         check_frame(path.back(), int(i));

@@ -10,7 +10,8 @@
 // largest coordinate: nearer by, rounding would shake the camera.
 //
 // All throw core::Error where a camera would not pass geom::check() (values that are not finite, an
-// eye that would reach its target, coordinates beyond 1e150).
+// eye that would reach its target, coordinates beyond 1e150).  Messages count frames from 0, as the
+// pictures' names do, and keys from 1, as lines.
 #pragma once
 
 #include <optional>

@@ -1,0 +1,1 @@
+qs-path orbit --bounds 0,0,0,1 --fovy 180

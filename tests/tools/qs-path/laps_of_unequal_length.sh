@@ -1,0 +1,1 @@
+qs-path walk --bounds 0,0,0,1 --frames 99

@@ -1,0 +1,1 @@
+qs-path orbit scan.ply --bounds 0,0,0,1

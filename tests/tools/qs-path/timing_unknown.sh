@@ -1,0 +1,1 @@
+qs-path spline keys.jsonl --timing slow
