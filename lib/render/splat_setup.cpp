@@ -128,7 +128,8 @@ HWY_INLINE Outline ellipsoid_outline(float focal_px, V tx, V ty, V inverse_z, V 
     Outline o;
     const V focal = hn::Set(d, focal_px);
     const V scale_px = hn::Mul(radius_px, inverse_clearance);
-    o.clearance = clearance;
+    // The second is the eye's own distance from the ellipsoid, to which the outline's size is as sensitive.
+    o.clearance = hn::Min(clearance, hn::Div(det, s));
     o.centre_dx = hn::Mul(ex, focal);
     o.centre_dy = hn::Mul(ey, focal);
     o.extent_x = hn::Mul(scale_px, hn::Sqrt(vxx));
