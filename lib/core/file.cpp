@@ -368,7 +368,7 @@ void OutputFile::commit() {
 }
 
 void write_standard_output(std::string_view data, bool flush) {
-    const bool written = std::fwrite(data.data(), 1, data.size(), stdout) == data.size();
+    const bool written = data.empty() || std::fwrite(data.data(), 1, data.size(), stdout) == data.size();
     if (written && (!flush || std::fflush(stdout) == 0) && !std::ferror(stdout)) return;
     if (errno == EPIPE) throw ClosedPipe{};
     fail_with_reason(kStandardOutput, "cannot write");

@@ -2,8 +2,14 @@
 
 #include <tbb/global_control.h>
 
+#include <algorithm>
+#include <atomic>
+#include <exception>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <thread>
+#include <vector>
 
 namespace core {
 
@@ -39,5 +45,34 @@ int thread_count() {
 tbb::task_arena& thread_arena() {
     return *threads().arena;
 }
+
+namespace detail {
+
+void run_on_plain_threads(size_t count, size_t grain, const std::function<void(size_t, size_t)>& run) {
+    std::atomic<size_t> next{0};
+    std::exception_ptr thrown;
+    std::mutex mutex;
+    const auto work = [&] {
+        for (size_t begin; (begin = next.fetch_add(grain)) < count;) {
+            try {
+                run(begin, std::min(begin + grain, count));
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                thrown = std::current_exception();
+                next = count;
+            }
+        }
+    };
+    {
+        const size_t pieces = (count + grain - 1) / grain;
+        std::vector<std::jthread> helpers;
+        while (helpers.size() + 1 < std::min(pieces, static_cast<size_t>(thread_count())))
+            helpers.emplace_back(work);
+        work();
+    }
+    if (thrown) std::rethrow_exception(thrown);
+}
+
+}  // namespace detail
 
 }  // namespace core
