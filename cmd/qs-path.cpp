@@ -12,6 +12,7 @@
 #include "core/program.h"
 #include "geom/path.h"
 #include "mesh/mesh.h"
+#include "splat/format.h"
 
 namespace {
 
@@ -47,6 +48,10 @@ struct Scene {
   private:
     geom::Sphere sphere_of_model() const {
         const core::InputFile file(model);
+        if (splat::is_model(file.bytes())) {
+            const splat::Header header = splat::parse_header(file.bytes(), file.name());
+            return {header.origin, header.scale};
+        }
         const mesh::Mesh mesh = mesh::read_mesh_bytes(file.bytes(), file.name()).mesh;
         if (mesh.positions.empty()) throw core::Error(file.name() + ": holds no vertex");
         geom::Sphere sphere = mesh.is_cloud() ? geom::sphere_around(mesh.positions)

@@ -67,8 +67,6 @@ void check_depth(const std::optional<double>& depth, const char* key) {
             core::text("\"%s\" is %g, expected a depth above 0 and up to %g", key, *depth, kLongest));
 }
 
-// ---------------------------------------------------------------- reading
-
 constexpr size_t kLongestLine = 65536;  // a camera takes some 300 bytes; the rest is room for foreign keys
 
 constexpr std::array kKeys{"eye", "target", "up", "fovy", "t", "near", "far"};
@@ -146,8 +144,6 @@ Camera read_camera(std::string_view line, double default_time_s) {
 bool is_blank(std::string_view line) {
     return line.find_first_not_of(" \t\r") == line.npos;
 }
-
-// ---------------------------------------------------------------- writing
 
 void append(std::string& out, double value) {
     if (!std::isfinite(value)) throw core::Error("a camera that is not finite cannot be written");

@@ -82,8 +82,6 @@ std::vector<Camera> film(int frames, double fps, const CameraAt& camera_at) {
     return path;
 }
 
-// ---------------------------------------------------------------- spline
-
 // What is interpolated: eye, target, up (3 each), log focal length, log near, log far.
 constexpr int kChannels = 12;
 using Point = std::array<double, kChannels>;

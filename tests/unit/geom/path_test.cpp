@@ -59,8 +59,6 @@ double angle_between(const glm::dvec3& a, const glm::dvec3& b) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-// ---------------------------------------------------------------- all
-
 TEST(Path, HoldsNoNanAtAnyScaleAndFieldOfView) {
     for (const Sphere& sphere : spheres())
         for (const double fovy : {0.001, 30.0, 179.0})
@@ -94,8 +92,6 @@ TEST(Path, RefusesBoundsThatAreNotFinite) {
     EXPECT_THROW(geom::orbit({{0, 0, 0}, INFINITY}, {}), core::Error);
     EXPECT_THROW(geom::walk({{0, 0, 0}, 1e150}, {}), core::Error);
 }
-
-// ---------------------------------------------------------------- orbit
 
 TEST(Orbit, KeepsTheWholeSphereInTheFrame) {
     for (const Sphere& sphere : spheres()) {
@@ -156,8 +152,6 @@ TEST(Orbit, GoesBackwardsWithNegativeTurns) {
     for (size_t i = 1; i < 10; ++i) EXPECT_LT(glm::distance(forward[i].eye, backward[10 - i].eye), 1e-12);
 }
 
-// ---------------------------------------------------------------- dolly
-
 TEST(Dolly, ZoomsByTheSameFactorEachFrameAndComesBack) {
     const Sphere sphere{{10, 0, 0}, 3};
     const geom::Dolly options{.far_factor = 5, .near_factor = 0.05};
@@ -202,8 +196,6 @@ TEST(Dolly, RefusesToBeNearerFarAway) {
     EXPECT_THROW(geom::dolly({{0, 0, 0}, 1}, {}, {.far_factor = 1, .near_factor = 1}), core::Error);
 }
 
-// ---------------------------------------------------------------- walk
-
 TEST(Walk, RepeatsItsLapsBitForBit) {
     const auto path = geom::walk({{0.1, 0.2, 0.3}, 0.7}, {.frames = 150}, {.laps = 3});
     for (size_t i = 0; i < 100; ++i) EXPECT_TRUE(same_camera_but_time(path[i], path[i + 50])) << i;
@@ -235,8 +227,6 @@ TEST(Walk, StaysOutsideTheSphereUntilToldOtherwise) {
 TEST(Walk, RefusesLapsOfUnequalLength) {
     EXPECT_THROW(geom::walk({{0, 0, 0}, 1}, {.frames = 101}), core::Error);
 }
-
-// ---------------------------------------------------------------- spline
 
 std::vector<Camera> random_keys(size_t count, double scale, unsigned seed) {
     std::mt19937 random(seed);
