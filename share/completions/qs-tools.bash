@@ -1,9 +1,7 @@
 # bash completion for the programs of qs-tools; one file for all, it reads the program's own --help.
 
-_qs_tools_option_help() { "$1" "${@:2}" --help 2>/dev/null; }
-
 _qs_tools() {
-    local program=$1 current=$2 previous=$3 help words
+    local program=$1 current=$2 previous=$3 help subcommands words
     COMPREPLY=()
 
     # A subcommand, as in `qs-path orbit`, has a help of its own.
@@ -11,19 +9,22 @@ _qs_tools() {
     for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
         [[ $word == -* ]] || { subcommand=("$word"); break; }
     done
-    help=$(_qs_tools_option_help "$program")
-    local subcommands
-    subcommands=$(sed -n '/^S[uU][bB][cC][oO][mM][mM][aA][nN][dD][sS]:/,/^[^ ]/{s/^  \([a-z][a-z-]*\).*/\1/p}' <<<"$help")
+    help=$("$program" --help 2>/dev/null)
+    subcommands=$(sed -n '/^Subcommands:/,/^[^ ]/{s/^  \([a-z][a-z-]*\).*/\1/p}' <<<"$help")
     if [[ ${#subcommand[@]} -gt 0 ]] && grep -qx -- "${subcommand[0]}" <<<"$subcommands"; then
-        help+=$'\n'$(_qs_tools_option_help "$program" "${subcommand[0]}")
+        help+=$'\n'$("$program" "${subcommand[0]}" --help 2>/dev/null)
         subcommands=
     fi
 
-    # An option that takes one of a few words shows them as {a,b,c}.
+    # Help names the few words that an option takes as a|b|c or as "a, b or c".
     if [[ $previous == -* ]]; then
-        local line choices
-        line=$(grep -E -- "(^|[ ,])$previous([ ,=]|\$)" <<<"$help" | head -n 1)
-        choices=$(sed -n 's/.*[{(]\([a-z0-9-]*\([,|][a-z0-9-]*\)\{1,\}\)[})].*/\1/p' <<<"$line" | tr ',|' '  ')
+        local choices
+        # The option's line and those that go on with it.
+        choices=$(awk -v option="$previous" '
+                /^ *-/ { found = index(" " $0 " ", " " option " ") || index(" " $0, " " option ",") }
+                /^ *$/ { found = 0 }
+                found' <<<"$help" | tr -s ' \n' ' ' |
+            grep -oE '([a-z0-9]+\|)+[a-z0-9]+|([a-z0-9]+, )+[a-z0-9]+ or [a-z0-9]+' | head -n 1 | sed 's/ or / /; s/[|,]/ /g')
         if [[ -n $choices ]]; then
             COMPREPLY=($(compgen -W "$choices" -- "$current"))
             return
