@@ -16,20 +16,12 @@
 #include <memory>
 
 #include "geom/camera.h"
+#include "geom/splat_batch.h"
 #include "render/frame.h"
 
 namespace render {
 
-// Splats in view space (geom/camera.h), structure of arrays.  Only the first `count` are valid.
-struct SplatBatch {
-    static constexpr int kCapacity = 512;  // a multiple of every vector length
-    int count = 0;
-    alignas(64) float x[kCapacity], y[kCapacity], z[kCapacity];     // centre
-    alignas(64) float radius[kCapacity];                            // across, > 0, finite
-    alignas(64) float nx[kCapacity], ny[kCapacity], nz[kCapacity];  // unit normal
-    alignas(64) float flatness[kCapacity];                          // rho in (0, 1]
-    alignas(64) uint32_t colour[kCapacity];                         // 0x00BBGGRR; ignored if !has_colour
-};
+using geom::SplatBatch;
 
 struct SplatterOptions {
     SplatKind kind = SplatKind::smooth;

@@ -1,1 +1,50 @@
-#include "render/frame.h"
+#include "scene/draw.h"
+
+#include <chrono>
+
+#include "core/parallel.h"
+
+namespace scene {
+
+namespace {
+
+class Watch {
+  public:
+    double lap_ms() {
+        const auto now = std::chrono::steady_clock::now();
+        const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+        last_ = now;
+        return ms;
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+ModelPainter::ModelPainter(const splat::Model& model) : model_(model), cut_(model) {}
+
+DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options, render::Frame& frame) {
+    DrawReport report;
+    Watch watch;
+    const size_t tasks = cut_.begin(view, options.cut);
+    const bool has_colour = model_.header().flags & (splat::kHasColour | splat::kConstantColour);
+    splatter_.begin(view, {options.kind, options.shade, has_colour, options.background}, tasks);
+    core::parallel_for(tasks, [&](size_t task) {
+        cut_.run(task, [&](const geom::SplatBatch& batch) { splatter_.add(task, batch); });
+        splatter_.end_task(task);
+    });
+    report.traverse_ms = watch.lap_ms();
+    splatter_.finish(frame);
+    report.draw_ms = watch.lap_ms();
+    // The splatter worked in model units.
+    const double scale = model_.header().scale;
+    core::parallel_pieces(frame.depth.size(), size_t(1) << 16, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) frame.depth[i] = float(double(frame.depth[i]) * scale);
+    });
+    report.counts = cut_.counts();
+    return report;
+}
+
+}  // namespace scene

@@ -1,0 +1,39 @@
+// Drawing a model: its cut for a view, splatted into a frame.
+#pragma once
+
+#include "geom/camera.h"
+#include "render/frame.h"
+#include "render/splatter.h"
+#include "splat/cut.h"
+#include "splat/model.h"
+
+namespace scene {
+
+struct DrawOptions {
+    splat::CutOptions cut;
+    render::SplatKind kind = render::SplatKind::smooth;
+    render::Shade shade = render::Shade::lit;
+    glm::u8vec3 background{0, 0, 0};
+};
+
+// What a frame cost.
+struct DrawReport {
+    splat::CutCounts counts;
+    double traverse_ms = 0;  // cut, projection and sorting into tiles
+    double draw_ms = 0;      // tiles: drawing and shading
+};
+
+// Draws one model again and again; buffers are kept from frame to frame.
+class ModelPainter {
+  public:
+    explicit ModelPainter(const splat::Model& model);  // which lives longer
+    // Depths are in world units.
+    DrawReport draw(const geom::View& view, const DrawOptions& options, render::Frame& frame);
+
+  private:
+    const splat::Model& model_;
+    splat::Cut cut_;
+    render::Splatter splatter_;
+};
+
+}  // namespace scene
