@@ -38,6 +38,8 @@ ReadResult read_source(const Source& source, const ReadOptions& options) {
     if (is_off_keyword(first_word(source))) return read_off(source, options);
     // A binary STL may begin with anything.
     if (is_binary_stl(source)) return read_stl(source, options);
+    if (has_extension(source, ".ply")) return read_ply(source, options);
+    if (has_extension(source, ".drc")) return read_draco(source, options);
     if (has_extension(source, ".obj")) return read_obj(source, options);
     if (has_extension(source, ".off")) return read_off(source, options);
     if (has_extension(source, ".stl") || text.starts_with("solid")) return read_stl(source, options);

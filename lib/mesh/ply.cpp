@@ -246,7 +246,7 @@ class PlyReader {
                 // A value too few or too many would shift all that follows.
                 if (!text.word_in_line().empty())
                     text.fail(
-                        core::text("%s %llu has more values than the header says, or the one before it fewer",
+                        core::text("%s %llu does not end with its line, as the header's properties would",
                                    element.name.c_str(), static_cast<unsigned long long>(record)));
             }
         }

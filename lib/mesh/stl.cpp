@@ -183,8 +183,10 @@ bool is_binary_stl(const Source& source) {
 }
 
 ReadResult read_stl(const Source& source, const ReadOptions& options) {
-    const bool is_text = source.text().starts_with("solid") || source.text().starts_with("SOLID");
-    if (is_text && !is_binary_stl(source)) return AsciiStlReader(source, options).read();
+    const std::string_view text = source.text();
+    const bool is_text = (text.starts_with("solid") || text.starts_with("SOLID")) && !is_binary_stl(source) &&
+                         text.substr(0, kHeaderBytes).find('\0') == text.npos;
+    if (is_text) return AsciiStlReader(source, options).read();
     return read_binary(source, options);
 }
 
