@@ -50,6 +50,7 @@ for name; do
         *.qs) qs-build - -o "$name" < mesh.tmp ;;
         *.jsonl) qs-path orbit - --frames 4 -o "$name" < mesh.tmp ;;
         *.png | *.ppm) ffmpeg -v error -f lavfi -i testsrc2=size=160x120 -frames:v 1 -f image2 "$name" ;;
+        frames-[a-z]) mkdir "$name" && ffmpeg -v error -f lavfi -i testsrc2=size=160x120 -frames:v 3 "$name/%04d.png" ;;
         *.y4m) ffmpeg -v error -f lavfi -i testsrc2=size=160x120 -frames:v 4 "$name" ;;
     esac
 done
