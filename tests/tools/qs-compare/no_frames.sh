@@ -1,0 +1,3 @@
+mkdir one other
+echo notes > one/notes.txt
+qs-compare one other
