@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/parallel.h"
+#include "mesh/distance.h"
 
 namespace {
 
@@ -333,6 +334,29 @@ TEST(MeshRaster, DepthIsThatOfThePlane) {
             }
         }
     EXPECT_GT(count_covered(frame), 120 * 45);
+}
+
+TEST(MeshRaster, EveryDrawnPointLiesOnTheMesh) {
+    Mesh mesh = icosphere(4);
+    for (glm::vec3& p : mesh.positions) p *= 1 + 0.3f * std::sin(9 * p.x) * std::cos(7 * p.y);
+    const mesh::SurfaceDistance surface(mesh);
+    for (const glm::dvec3& eye : {glm::dvec3(3, 1, 2), glm::dvec3(0.2, 0.1, 0), glm::dvec3(-1.4, 0, 0.1)}) {
+        geom::Camera camera;
+        camera.eye = eye, camera.target = {0.1, -0.3, 0.2}, camera.fovy_deg = 70;
+        const View view = geom::make_view(camera, 120, 100);
+        const Frame frame = draw(mesh, view);
+        for (int y = 0; y < view.height; ++y)
+            for (int x = 0; x < view.width; ++x) {
+                if (!covered(frame, x, y)) continue;
+                const double z = depth(frame, x, y);
+                const glm::dvec3 point =
+                    view.eye +
+                    z * (view.forward +
+                         ((x + 0.5 - 60) * view.right + (y + 0.5 - 50) * view.down) / view.focal_px);
+                ASSERT_LE(surface.distance(point, 1), 2e-7 * z) << x << "," << y;
+            }
+        EXPECT_GT(count_covered(frame), 1000);
+    }
 }
 
 TEST(MeshRaster, AFlatGroundReachesTheHorizon) {
