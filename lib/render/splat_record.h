@@ -31,9 +31,10 @@ static_assert(sizeof(SplatRecord) == 64);
 // divide by; 1/256 squared is no more than one level of 255 against any splat's middle.
 inline constexpr float kEdge = 1.0f / 256.0f;
 
-// A splat that contains the eye or reaches to its plane.  Its outline may be any conic, so that each
-// pixel's ray is intersected.  Lengths in units of its radius.
+// A splat that contains the eye, or reaches to its plane or nearly so.  Its outline may be any conic, so
+// that each pixel's ray is intersected.  Lengths in units of its radius.
 struct NearSplat {
+    uint16_t x0, y0, x1, y1;  // as in SplatRecord
     float px, py, pz;
     float nx, ny, nz;
     float flatness_squared;
@@ -46,9 +47,14 @@ struct SetupParams {
     SplatterOptions options;
 };
 
+// Pixels that a number of splats lie in, inclusive; empty to begin with.
+struct PixelBox {
+    int x0 = 65535, y0 = 65535, x1 = 0, y1 = 0;
+};
+
 // Projects a batch, writes the records of what may cover a pixel's centre to `out` (room for
-// batch.count) and returns how many; appends the others to `near_splats`.
-size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRecord* out,
+// batch.count), widens `box` by them, and returns how many; appends the others to `near_splats`.
+size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRecord* out, PixelBox& box,
                      std::vector<NearSplat>& near_splats);
 
 }  // namespace render

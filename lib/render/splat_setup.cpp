@@ -2,8 +2,12 @@
 #include "render/splat_record.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
+// Vectors are members of structs here, which those of unknown length cannot be; ARM has NEON as well.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/splat_setup.cpp"
 #include <hwy/foreach_target.h>
@@ -17,10 +21,14 @@ namespace render::HWY_NAMESPACE {
 using F = hn::ScalableTag<float>;
 using V = hn::Vec<F>;
 using U = hn::RebindToUnsigned<F>;
+constexpr size_t kMaxLanes = hn::MaxLanes(F());
 
-// Below this, what is left of the depth before the eye (1 - (extent in z / z)^2) is a difference with too few
-// digits to divide by, and the outline is wider than any screen: such splats go by way of NearSplat.
-constexpr float kMinClearance = 1.0f / 64.0f;
+// Clearance is what is left of the depth before the eye, 1 - (extent in z / z)^2, a difference.  Below the
+// first bound the outline, relative to which it is exact, is so much wider than the splat that the
+// near end of it would be off by more than a thousandth of a pixel: such splats go by way of NearSplat. Below
+// the second not even the outline's bounds are to be relied on.
+constexpr float kMinClearance = 1.0f / 4.0f;
+constexpr float kMinBoundedClearance = 1.0f / 64.0f;
 
 // Nothing is thinner: keeps the ratios of the axes, and their squares, within float.
 constexpr float kMinFlatness = 1.0f / 4096.0f;
@@ -216,10 +224,14 @@ bool may_be_seen(const geom::View& view, double x, double y, double z, double ra
     return off_x <= radius && off_y <= radius;
 }
 
-NearSplat near_splat(const SplatBatch& batch, size_t i, uint32_t colour) {
+NearSplat near_splat(const SplatBatch& batch, size_t i, const PixelBox& box, uint32_t colour) {
     const double inverse = 1.0 / static_cast<double>(batch.radius[i]);
     const float c = std::max(batch.flatness[i], kMinFlatness);
-    return {static_cast<float>(batch.x[i] * inverse),
+    return {static_cast<uint16_t>(box.x0),
+            static_cast<uint16_t>(box.y0),
+            static_cast<uint16_t>(box.x1),
+            static_cast<uint16_t>(box.y1),
+            static_cast<float>(batch.x[i] * inverse),
             static_cast<float>(batch.y[i] * inverse),
             static_cast<float>(batch.z[i] * inverse),
             batch.nx[i],
@@ -238,6 +250,17 @@ HWY_INLINE Rgb<V> material_of(const SplatterOptions& options, hn::Vec<U> colour)
     return {grey, grey, grey};
 }
 
+// Bit i is lane i.
+template <class Mask>
+HWY_INLINE uint32_t mask_bits(Mask mask) {
+    static_assert(kMaxLanes <= 32);
+    uint8_t bytes[8] = {};
+    hn::StoreMaskBits(F(), mask, bytes);
+    uint32_t bits;
+    std::memcpy(&bits, bytes, sizeof(bits));
+    return bits;
+}
+
 // Records lie as four vectors of four floats; this is how many lanes there are of each.
 template <class Visible>
 HWY_INLINE size_t write_records(const V (&fields)[16], Visible visible, SplatRecord* out) {
@@ -247,18 +270,14 @@ HWY_INLINE size_t write_records(const V (&fields)[16], Visible visible, SplatRec
     for (size_t f = 0; f < 16; ++f) hn::Store(fields[f], d, reinterpret_cast<float*>(out) + f);
     return 1;
 #else
-    constexpr size_t kMaxLanes = hn::MaxLanes(F());
     alignas(64) float quarters[4][4 * kMaxLanes];
     for (size_t q = 0; q < 4; ++q) {
         hn::StoreInterleaved4(fields[4 * q], fields[4 * q + 1], fields[4 * q + 2], fields[4 * q + 3], d,
                               quarters[q]);
     }
-    uint8_t bytes[8] = {};
-    hn::StoreMaskBits(d, visible, bytes);
-    uint32_t bits = uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8;
     size_t count = 0;
-    for (; bits != 0; bits &= bits - 1) {
-        const size_t lane = static_cast<size_t>(__builtin_ctz(bits));
+    for (uint32_t bits = mask_bits(visible); bits != 0; bits &= bits - 1) {
+        const size_t lane = static_cast<size_t>(std::countr_zero(bits));
         float* record = reinterpret_cast<float*>(out + count++);
         const hn::FixedTag<float, 4> quarter;
         for (size_t q = 0; q < 4; ++q) {
@@ -270,7 +289,7 @@ HWY_INLINE size_t write_records(const V (&fields)[16], Visible visible, SplatRec
 }
 
 size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const uint32_t* colours,
-                     SplatRecord* out, std::vector<NearSplat>& near_splats) {
+                     SplatRecord* out, PixelBox& box, std::vector<NearSplat>& near_splats) {
     const F d;
     const U du;
     const geom::View& view = params.view;
@@ -280,6 +299,9 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const u
     const float focal = static_cast<float>(view.focal_px);
     const size_t count = static_cast<size_t>(batch.count);
     size_t written = 0;
+    V least_x = hn::Set(d, static_cast<float>(box.x0)), least_y = hn::Set(d, static_cast<float>(box.y0));
+    V greatest_x = hn::Set(d, static_cast<float>(box.x1)),
+      greatest_y = hn::Set(d, static_cast<float>(box.y1));
 
     for (size_t i = 0; i < count; i += hn::Lanes(d)) {
         const V z = hn::Load(d, batch.z + i);
@@ -334,25 +356,36 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const u
                               nz,
                               hn::Zero(d)};
         written += write_records(fields, visible, out + written);
+        least_x = hn::Min(least_x, hn::IfThenElse(visible, xs.first, least_x));
+        least_y = hn::Min(least_y, hn::IfThenElse(visible, ys.first, least_y));
+        greatest_x = hn::Max(greatest_x, hn::IfThenElseZero(visible, xs.last));
+        greatest_y = hn::Max(greatest_y, hn::IfThenElseZero(visible, ys.last));
 
         if (aligned) continue;
         // Written so that a clearance that is no number (z of 0) takes the careful way.
         const auto behind = hn::AndNot(before_eye, hn::Ge(o.clearance, hn::Zero(d)));
         const auto careful = hn::AndNot(hn::Or(behind, hn::And(before_eye, clear)), valid);
         if (hn::AllFalse(d, careful)) continue;
-        alignas(64) uint32_t lane_colours[hn::MaxLanes(F())];
-        uint8_t bytes[8] = {};
+        const auto bounded = hn::And(before_eye, hn::Gt(o.clearance, hn::Set(d, kMinBoundedClearance)));
+        const auto off_screen = hn::AndNot(hn::And(xs.any, ys.any), bounded);
+        alignas(64) float x0[kMaxLanes], y0[kMaxLanes], x1[kMaxLanes], y1[kMaxLanes];
+        alignas(64) uint32_t lane_colours[kMaxLanes];
+        hn::Store(hn::IfThenElseZero(bounded, xs.first), d, x0);
+        hn::Store(hn::IfThenElseZero(bounded, ys.first), d, y0);
+        hn::Store(hn::IfThenElse(bounded, xs.last, hn::Set(d, static_cast<float>(view.width - 1))), d, x1);
+        hn::Store(hn::IfThenElse(bounded, ys.last, hn::Set(d, static_cast<float>(view.height - 1))), d, y1);
         hn::Store(colour, du, lane_colours);
-        hn::StoreMaskBits(d, careful, bytes);
-        const uint32_t bits = uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8;
-        for (size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-            const size_t k = i + lane;
-            if ((bits >> lane & 1) != 0 &&
-                may_be_seen(view, batch.x[k], batch.y[k], batch.z[k], batch.radius[k])) {
-                near_splats.push_back(near_splat(batch, k, lane_colours[lane]));
-            }
+        for (uint32_t bits = mask_bits(hn::AndNot(off_screen, careful)); bits != 0; bits &= bits - 1) {
+            const size_t lane = static_cast<size_t>(std::countr_zero(bits)), k = i + lane;
+            if (!may_be_seen(view, batch.x[k], batch.y[k], batch.z[k], batch.radius[k])) continue;
+            const PixelBox seen{int(x0[lane]), int(y0[lane]), int(x1[lane]), int(y1[lane])};
+            near_splats.push_back(near_splat(batch, k, seen, lane_colours[lane]));
         }
     }
+    box = {static_cast<int>(hn::GetLane(hn::MinOfLanes(d, least_x))),
+           static_cast<int>(hn::GetLane(hn::MinOfLanes(d, least_y))),
+           static_cast<int>(hn::GetLane(hn::MaxOfLanes(d, greatest_x))),
+           static_cast<int>(hn::GetLane(hn::MaxOfLanes(d, greatest_y)))};
     return written;
 }
 
@@ -364,7 +397,7 @@ namespace render {
 
 HWY_EXPORT(set_up_splats);
 
-size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRecord* out,
+size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRecord* out, PixelBox& box,
                      std::vector<NearSplat>& near_splats) {
     const uint32_t* colours = batch.colour;
     alignas(64) uint32_t levels[SplatBatch::kCapacity];
@@ -377,7 +410,7 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRe
         }
         colours = levels;
     }
-    return HWY_DYNAMIC_DISPATCH(set_up_splats)(params, batch, colours, out, near_splats);
+    return HWY_DYNAMIC_DISPATCH(set_up_splats)(params, batch, colours, out, box, near_splats);
 }
 
 }  // namespace render

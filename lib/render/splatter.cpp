@@ -21,27 +21,25 @@ struct Run {
 struct alignas(64) Task {
     std::vector<SplatRecord> records;  // the first `count` are this frame's
     size_t count = 0;
+    PixelBox box;  // of the records
     std::vector<NearSplat> near_splats;
     std::vector<uint32_t> order;  // indices of records, tile by tile
     std::vector<Run> runs;
     std::vector<uint32_t> ends;  // scratch of the sort, one per tile of the task's part of the screen
 };
 
-struct TileBox {
-    int x0, y0, x1, y1;  // inclusive
+// The tiles of a task's part of the screen, row by row.
+struct TileGrid {
+    int x0, y0, across, down;
 };
 
-TileBox tiles_of(const SplatRecord& r) {
-    return {r.x0 / kTileWidth, r.y0 / kTileHeight, r.x1 / kTileWidth, r.y1 / kTileHeight};
-}
-
-// Calls body(place of the tile in `area`, row by row) for each tile of the splat.
+// Calls body(place in `grid`) for each tile that the splat may touch.
 template <class Body>
-void for_each_tile(const SplatRecord& r, const TileBox& area, const Body& body) {
-    const TileBox box = tiles_of(r);
-    const int across = area.x1 - area.x0 + 1;
-    for (int y = box.y0; y <= box.y1; ++y) {
-        for (int x = box.x0; x <= box.x1; ++x) body(size_t((y - area.y0) * across + (x - area.x0)));
+void for_each_tile(const SplatRecord& r, const TileGrid& grid, const Body& body) {
+    const int x0 = r.x0 / kTileWidth - grid.x0, x1 = r.x1 / kTileWidth - grid.x0;
+    const int y0 = r.y0 / kTileHeight - grid.y0, y1 = r.y1 / kTileHeight - grid.y0;
+    for (int y = y0; y <= y1; ++y) {
+        for (int x = x0; x <= x1; ++x) body(size_t(y * grid.across + x));
     }
 }
 
@@ -49,29 +47,25 @@ void for_each_tile(const SplatRecord& r, const TileBox& area, const Body& body) 
 void sort_into_tiles(Task& task, int tiles_across) {
     task.runs.clear();
     if (task.count == 0) return;
-    TileBox area = tiles_of(task.records[0]);
-    for (size_t i = 1; i < task.count; ++i) {
-        const TileBox box = tiles_of(task.records[i]);
-        area = {std::min(area.x0, box.x0), std::min(area.y0, box.y0), std::max(area.x1, box.x1),
-                std::max(area.y1, box.y1)};
-    }
-    const int across = area.x1 - area.x0 + 1;
-    task.ends.assign(size_t(across) * size_t(area.y1 - area.y0 + 1), 0);
+    TileGrid grid;
+    grid.x0 = task.box.x0 / kTileWidth, grid.across = task.box.x1 / kTileWidth - grid.x0 + 1;
+    grid.y0 = task.box.y0 / kTileHeight, grid.down = task.box.y1 / kTileHeight - grid.y0 + 1;
+    task.ends.assign(size_t(grid.across) * size_t(grid.down), 0);
     for (size_t i = 0; i < task.count; ++i) {
-        for_each_tile(task.records[i], area, [&](size_t place) { ++task.ends[place]; });
+        for_each_tile(task.records[i], grid, [&](size_t place) { ++task.ends[place]; });
     }
     uint32_t total = 0;
     for (size_t place = 0; place < task.ends.size(); ++place) {
         const uint32_t count = task.ends[place];
         task.ends[place] = total;
         if (count == 0) continue;
-        const int x = area.x0 + int(place) % across, y = area.y0 + int(place) / across;
+        const int x = grid.x0 + int(place) % grid.across, y = grid.y0 + int(place) / grid.across;
         task.runs.push_back({uint32_t(y * tiles_across + x), total, total + count});
         total += count;
     }
     if (task.order.size() < total) task.order.resize(total);
     for (size_t i = 0; i < task.count; ++i) {
-        for_each_tile(task.records[i], area,
+        for_each_tile(task.records[i], grid,
                       [&](size_t place) { task.order[task.ends[place]++] = static_cast<uint32_t>(i); });
     }
 }
@@ -89,7 +83,7 @@ struct Splatter::State {
     std::vector<Task> tasks;
 
     // Filled by finish(): runs of all tasks, tile by tile, tasks in order.
-    std::vector<uint32_t> run_ends;
+    std::vector<uint32_t> run_begins;
     std::vector<TileRun> runs;
     std::vector<NearSplat> near_splats;
     tbb::enumerable_thread_specific<TileState> tile_states;
@@ -111,6 +105,7 @@ void Splatter::begin(const geom::View& view, const SplatterOptions& options, siz
     if (s.tasks.size() < task_count) s.tasks.resize(task_count);
     for (size_t i = 0; i < task_count; ++i) {
         s.tasks[i].count = 0;
+        s.tasks[i].box = {};
         s.tasks[i].near_splats.clear();
         s.tasks[i].runs.clear();
     }
@@ -120,7 +115,8 @@ void Splatter::add(size_t task_index, const SplatBatch& batch) {
     Task& task = state_->tasks[task_index];
     const size_t room = task.count + static_cast<size_t>(batch.count);
     if (task.records.size() < room) task.records.resize(std::max(room, 2 * task.records.size()));
-    task.count += set_up_splats(state_->params, batch, task.records.data() + task.count, task.near_splats);
+    task.count +=
+        set_up_splats(state_->params, batch, task.records.data() + task.count, task.box, task.near_splats);
 }
 
 void Splatter::end_task(size_t task_index) {
@@ -130,19 +126,19 @@ void Splatter::end_task(size_t task_index) {
 // Counting sort once more, of the tasks' runs by tile; a few thousand.
 void Splatter::State::sort_runs() {
     const size_t tiles = size_t(tiles_across) * size_t(tiles_down);
-    run_ends.assign(tiles + 1, 0);
+    run_begins.assign(tiles + 1, 0);
     near_splats.clear();
     for (size_t t = 0; t < task_count; ++t) {
-        for (const Run& run : tasks[t].runs) ++run_ends[run.tile + 1];
+        for (const Run& run : tasks[t].runs) ++run_begins[run.tile + 1];
         near_splats.insert(near_splats.end(), tasks[t].near_splats.begin(), tasks[t].near_splats.end());
     }
-    for (size_t tile = 0; tile < tiles; ++tile) run_ends[tile + 1] += run_ends[tile];
-    runs.resize(run_ends[tiles]);
-    // From the last task down, so that run_ends[tile + 1] ends as the tile's begin.
+    for (size_t tile = 0; tile < tiles; ++tile) run_begins[tile + 1] += run_begins[tile];
+    runs.resize(run_begins[tiles]);
+    // From the last task down, so that run_begins[tile + 1] becomes the tile's.
     for (size_t t = task_count; t-- > 0;) {
         for (const Run& run : tasks[t].runs) {
-            runs[--run_ends[run.tile + 1]] = {tasks[t].records.data(), tasks[t].order.data() + run.begin,
-                                              run.end - run.begin};
+            runs[--run_begins[run.tile + 1]] = {tasks[t].records.data(), tasks[t].order.data() + run.begin,
+                                                run.end - run.begin};
         }
     }
 }
@@ -168,8 +164,8 @@ void Splatter::State::draw(size_t tile, Frame& frame) {
     job.y0 = int(tile / size_t(tiles_across)) * kTileHeight;
     job.width = std::min(kTileWidth, frame.width - job.x0);
     job.height = std::min(kTileHeight, frame.height - job.y0);
-    const size_t begin = run_ends[tile + 1];
-    const size_t end = tile + 2 < run_ends.size() ? run_ends[tile + 2] : runs.size();
+    const size_t begin = run_begins[tile + 1];
+    const size_t end = tile + 2 < run_begins.size() ? run_begins[tile + 2] : runs.size();
     job.runs = std::span(runs).subspan(begin, end - begin);
     job.near_splats = near_splats;
     if (job.runs.empty() && job.near_splats.empty()) return fill_background(job, frame);

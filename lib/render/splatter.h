@@ -1,15 +1,20 @@
 // The CPU splatter: flat ellipsoids in, a shaded frame out.
 //
 // Splats come in batches from numbered tasks (subtrees of a model).  Each task's splats are set up
-// (projected, 8 at a time) and sorted into square tiles of the screen; then each tile is drawn on
+// (projected, a vector at a time) and sorted into tiles of the screen; then each tile is drawn on
 // its own by one thread, taking the tasks in the order of their numbers, so that the frame is the same
-// for any number of threads and order-dependent blending needs one pass only.
+// for any number of threads and order-dependent blending needs one pass only.  It is also the same
+// for any instruction set: no fused multiply-add, no approximate reciprocals.
 //
-// The ellipsoid's arithmetic (centre p, normal n, radius R across, h = rho R along n, all in view
-// space): g = 1/rho^2 - 1, u = p + g (n.p) n, s = p.u, k = 1 - R^2/s, and for e = the offset in
-// the plane z = 1 from p/p_z:
-//     inside  <=>  R^2/z0^2 + 2 R^2 (e.u)/(s z0) + (e.u)^2/s - k (e.e + g (n.e)^2) >= 0
-//     1/depth  =  1/z0 + (e.u)/s        (the polar plane: the middle of the chord)
+// A splat is the ellipsoid about p with radius R across and rho R along its normal n.  It covers the pixels
+// whose centres its exact perspective outline contains: none is missing whose ray meets the ellipsoid shrunk
+// by 1e-4, none is covered 1e-3 px outside (for R > 0.8 p_z: 1e-4 of the ellipsoid's size).  Depth is that of
+// the eye's polar plane, 1/depth = d.u/s for a ray d = (x, y, 1), with u = p + (1/rho^2 - 1) (n.p) n and s =
+// p.u; it runs between the two points where a ray meets the ellipsoid, is linear in the picture, and is
+// bounded where the plane of a flat disc is not.  How the outline is found without cancellation:
+// splat_setup.cpp.
+//
+// Lengths in view space from 1e-30 to 1e30 are safe; no input gives NaN or undefined behaviour.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +28,7 @@ namespace render {
 
 using geom::SplatBatch;
 
+// has_colour: the batches' colours are the material, else 0.9 grey.
 struct SplatterOptions {
     SplatKind kind = SplatKind::smooth;
     Shade shade = Shade::lit;
@@ -39,15 +45,16 @@ class Splatter {
     void begin(const geom::View& view, const SplatterOptions& options, size_t task_count);
 
     // Adds a batch of one task; different tasks may be added from different threads at once, one task's
-    // batches by one thread in their order.  Splats that contain the eye, or reach behind the near
-    // plane (z <= 0 somewhere on the ellipsoid), are drawn as a disc covering what they may cover, or
-    // left out where wholly behind the eye.
+    // batches by one thread in their order.  A splat that reaches to the eye's plane (z = 0) covers exactly
+    // the pixels whose rays meet it before the eye, at some 1 ms a screen; one that contains the eye covers
+    // the whole picture, at the depth where the rays leave it.  Both give way to other splats within R of
+    // depth. Left out: what is wholly behind the eye, and squares and circles with their centre behind it.
     void add(size_t task, const SplatBatch& batch);
 
-    // Call after the last add() of a task (sorts its splats into tiles).
+    // Call after the last add() of a task that had any: sorts its splats into tiles.
     void end_task(size_t task);
 
-    // Draws and shades all tiles in parallel.
+    // Draws and shades all tiles in parallel.  `frame` becomes the view's size and is written in full.
     void finish(Frame& frame);
 
   private:

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <limits>
 
+// Vectors are members of structs here, which those of unknown length cannot be; ARM has NEON as well.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/tile.cpp"
 #include <hwy/cache_control.h>
@@ -219,8 +221,12 @@ void draw_near_splat(const NearSplat& s, const SetupParams& params, const TileJo
     const Pixel pixel({s.nx, s.ny, s.nz, s.colour});
     Fragment f;
     f.t = hn::Set(d, kEdge);  // of least weight, and pushed back by all of R: gives way to whole splats
-    for (int y = 0; y < job.height; y += kBlockSize) {
-        for (int x = 0; x < job.width; x += kBlockSize) {
+    // Whole blocks of the part of the tile that the splat may touch.
+    const int x0 = std::max(s.x0 - job.x0, 0) / kBlockSize * kBlockSize;
+    const int y0 = std::max(s.y0 - job.y0, 0) / kBlockSize * kBlockSize;
+    const int x1 = std::min(s.x1 - job.x0, job.width - 1), y1 = std::min(s.y1 - job.y0, job.height - 1);
+    for (int y = y0; y <= y1; y += kBlockSize) {
+        for (int x = x0; x <= x1; x += kBlockSize) {
             for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
                 const V px = hn::Add(hn::Load(d, kLaneX + lane), hn::Set(d, float(job.x0 + x) - centre_x));
                 const V py = hn::Add(hn::Load(d, kLaneY + lane), hn::Set(d, float(job.y0 + y) - centre_y));
