@@ -19,12 +19,15 @@ T checked(const Source& source, draco::StatusOr<T>&& decoded) {
     return std::move(decoded).value();
 }
 
-// One attribute of the points, if the file has it with at least three components.
+// One attribute of the points, if the file has it as numbers with at least three components.
 class Attribute {
   public:
     Attribute(const Source& source, const draco::PointCloud& cloud, draco::GeometryAttribute::Type type)
         : source_(source), attribute_(cloud.GetNamedAttribute(type)) {
-        if (attribute_ != nullptr && attribute_->num_components() < 3) attribute_ = nullptr;
+        // Corrupt bytes give truth values other than 0 and 1, which the decoder reads as bool.
+        if (attribute_ != nullptr &&
+            (attribute_->num_components() < 3 || attribute_->data_type() == draco::DT_BOOL))
+            attribute_ = nullptr;
     }
 
     bool is_present() const { return attribute_ != nullptr; }

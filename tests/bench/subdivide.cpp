@@ -3,7 +3,6 @@
 // its midpoint.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <numeric>
 #include <vector>
 
@@ -55,6 +54,8 @@ Edges find_edges(const mesh::Mesh& mesh) {
 }
 
 mesh::Mesh subdivide(mesh::Mesh mesh) {
+    // Corners of the result are numbered in 32 bits.
+    if (mesh.triangles.size() > ~uint32_t{0} / 12) throw core::Error("too many triangles to subdivide");
     const Edges edges = find_edges(mesh);
     const auto first = static_cast<uint32_t>(mesh.positions.size());
     const size_t count = first + edges.vertices.size();
@@ -84,13 +85,14 @@ mesh::Mesh subdivide(mesh::Mesh mesh) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 4) {
+    int times = 0;
+    if (argc != 4 || std::sscanf(argv[2], "%d", &times) != 1 || times < 0) {
         std::fputs("usage: subdivide IN N OUT.ply\n", stderr);
         return 2;
     }
     try {
         mesh::Mesh mesh = mesh::read_mesh(argv[1]).mesh;
-        for (int n = std::atoi(argv[2]); n > 0; --n) mesh = subdivide(std::move(mesh));
+        for (int n = 0; n < times; ++n) mesh = subdivide(std::move(mesh));
         core::OutputFile out(argv[3]);
         out.write(mesh::to_ply(mesh));
         out.commit();
