@@ -15,7 +15,11 @@ namespace {
 
 template <class T>
 T checked(const Source& source, draco::StatusOr<T>&& decoded) {
-    if (!decoded.ok()) throw core::Error(source.name + ": Draco: " + decoded.status().error_msg_string());
+    if (!decoded.ok()) {
+        std::string reason = decoded.status().error_msg_string();
+        while (reason.ends_with('.')) reason.pop_back();
+        throw core::Error(source.name + ": Draco: " + (reason.empty() ? "corrupt" : reason));
+    }
     return std::move(decoded).value();
 }
 

@@ -82,6 +82,16 @@ TEST(Draco, ReadsACloud) {
     EXPECT_NEAR(sum, 4950, 1);
 }
 
+TEST(Draco, RefusesWhatOnlyBeginsLikeIt) {
+    const std::string path = QS_TEST_DATA "/bad/mesh-not-a-draco.drc";
+    try {
+        mesh::read_mesh(path);
+        FAIL() << "accepted";
+    } catch (const core::Error& error) {
+        EXPECT_EQ(error.what(), path + ": Draco: Failed to decode geometry data");
+    }
+}
+
 TEST(Draco, RefusesEveryTruncation) {
     const draco::EncoderBuffer buffer = encoded_square();
     for (size_t size = 0; size < buffer.size(); ++size)
