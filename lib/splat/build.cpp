@@ -374,12 +374,17 @@ class Builder {
             if (group <= -2) {
                 upper.decoded[node] = model_.subtrees[size_t(-2 - group)].decoded[0];
             } else {
-                const auto [first, n] = upper.groups[size_t(group)];
-                set_error(upper, node, error_over_children(upper.decoded[node], {&upper.decoded[first], n}));
+                set_error(upper, node, error_over_group(upper.decoded[node], size_t(group)));
             }
         }
-        const auto [first, n] = upper.groups[0];
-        report_.header.root_error = std::min(2.0f, error_over_children(root_node_, {&upper.decoded[first], n}));
+        report_.header.root_error = std::min(2.0f, error_over_group(root_node_, 0));
+    }
+
+    float error_over_group(const Node& node, size_t group) const {
+        const auto [first, count] = model_.upper.groups[group];
+        const Node* parts[kMaxFanOut];
+        for (uint32_t k = 0; k < count; ++k) parts[k] = &model_.upper.decoded[first + k];
+        return error_over(node, {parts, count});
     }
 
     // A model whose boundaries are all small (scan holes) is culled like a closed one.

@@ -68,61 +68,58 @@ float LeastDot(const float* x, const float* y, const float* z, size_t count, con
     return hn::GetLane(hn::MinOfLanes(d, least));
 }
 
-// Corners of the cells on the unit disc: two rings of 12 directions, the outer one drawn round the
-// circle; the first corners are repeated at the end, so that corner k + 1 can be loaded.
-constexpr int kSectors = 12, kRing = 24;
+// Corners of the cells on the unit disc: the centre, and three rings of 16, the outermost drawn round the
+// circle.  The first corner of each ring is repeated at its end, so that corner k + 1 can be loaded.
+constexpr int kSectors = 16, kRing = kSectors + 8, kRings = 3;
 struct Rings {
-    float x[2][kRing], y[2][kRing];
+    float x[kRings][kRing], y[kRings][kRing];
     Rings() {
-        const float outer = float(1.0001 / std::cos(3.14159265358979 / kSectors));
-        for (int k = 0; k < kRing; ++k) {
-            const double phi = 2 * 3.14159265358979 * (k % kSectors) / kSectors;
-            x[0][k] = 0.55f * float(std::cos(phi)), y[0][k] = 0.55f * float(std::sin(phi));
-            x[1][k] = outer * float(std::cos(phi)), y[1][k] = outer * float(std::sin(phi));
-        }
+        const double radius[kRings] = {0.4, 0.72, 1.0001 / std::cos(3.14159265358979 / kSectors)};
+        for (int r = 0; r < kRings; ++r)
+            for (int k = 0; k < kRing; ++k) {
+                const double phi = 2 * 3.14159265358979 * (k % kSectors) / kSectors;
+                x[r][k] = float(radius[r] * std::cos(phi)), y[r][k] = float(radius[r] * std::sin(phi));
+            }
     }
 };
 
-// Bound on the distance from (px, py, pz) to a child's ellipsoid: to the flat cylinder inside it
-// of 0.9 radii, where it is still 0.43 half thicknesses thick either way.
-template <class DD, class VV>
-VV DistanceToChild(DD d, VV px, VV py, VV pz, const ChildShape& c) {
-    const VV x = hn::Sub(px, hn::Set(d, c.centre.x)), y = hn::Sub(py, hn::Set(d, c.centre.y)),
-             z = hn::Sub(pz, hn::Set(d, c.centre.z));
-    const VV along = hn::Add(hn::Add(hn::Mul(x, hn::Set(d, c.normal.x)), hn::Mul(y, hn::Set(d, c.normal.y))),
-                             hn::Mul(z, hn::Set(d, c.normal.z)));
-    const VV all = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-    const VV across = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(all, hn::Mul(along, along))));
-    const VV l = hn::Max(hn::Zero(d), hn::Sub(across, hn::Set(d, 0.9f * c.radius)));
-    const VV h = hn::Max(hn::Zero(d), hn::Sub(hn::Abs(along), hn::Set(d, 0.43f * c.half_thickness)));
-    return hn::Sqrt(hn::Add(hn::Mul(l, l), hn::Mul(h, h)));
+// Distance from (px, py, 0) to a child's disc.
+HWY_INLINE V DistanceToChild(D d, V px, V py, const ChildShape& c) {
+    const V x = hn::Sub(px, hn::Set(d, c.centre.x)), y = hn::Sub(py, hn::Set(d, c.centre.y)), z = hn::Set(d, -c.centre.z);
+    const V along = hn::Add(hn::Add(hn::Mul(x, hn::Set(d, c.normal.x)), hn::Mul(y, hn::Set(d, c.normal.y))),
+                            hn::Mul(z, hn::Set(d, c.normal.z)));
+    const V square = hn::Mul(along, along);
+    const V all = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+    const V across = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(all, square)));
+    const V beyond = hn::Max(hn::Zero(d), hn::Sub(across, hn::Set(d, c.radius)));
+    return hn::Sqrt(hn::Add(hn::Mul(beyond, beyond), square));
 }
 
-float NestedError(float radius, float half_thickness, const ChildShape* children, size_t count) {
+float NestedError(float radius, const ChildShape* children, size_t count) {
     static const Rings rings;
-    const hn::CappedTag<float, 4> d;  // 12 sectors are three vectors of 4
-    float inner[kRing], outer[kRing], bound_in[kSectors], bound_out[kSectors];
-    for (int k = 0; k < kSectors; ++k) bound_in[k] = bound_out[k] = std::numeric_limits<float>::infinity();
-    const auto lanes = int(hn::Lanes(d));
-    const auto up = hn::Set(d, half_thickness), down = hn::Neg(up), scale = hn::Set(d, radius);
+    const D d;
+    float corner[kRings][kRing], bound[kRings][kSectors];
+    for (auto& ring : bound) std::fill(ring, ring + kSectors, std::numeric_limits<float>::infinity());
+    const int lanes = int(hn::Lanes(d));
+    const V scale = hn::Set(d, radius);
     for (size_t c = 0; c < count; ++c) {
-        const auto both = [&](auto px, auto py) {
-            return hn::Max(DistanceToChild(d, px, py, up, children[c]), DistanceToChild(d, px, py, down, children[c]));
-        };
-        for (int k = 0; k < kSectors + 4; k += lanes) {
-            hn::StoreU(both(hn::Mul(scale, hn::LoadU(d, rings.x[0] + k)), hn::Mul(scale, hn::LoadU(d, rings.y[0] + k))), d, inner + k);
-            hn::StoreU(both(hn::Mul(scale, hn::LoadU(d, rings.x[1] + k)), hn::Mul(scale, hn::LoadU(d, rings.y[1] + k))), d, outer + k);
-        }
-        const auto middle = hn::Set(d, hn::GetLane(both(hn::Zero(d), hn::Zero(d))));
-        const auto error = hn::Set(d, children[c].error);
+        for (int r = 0; r < kRings; ++r)
+            for (int k = 0; k < kRing; k += lanes)
+                hn::StoreU(DistanceToChild(d, hn::Mul(scale, hn::LoadU(d, rings.x[r] + k)), hn::Mul(scale, hn::LoadU(d, rings.y[r] + k)), children[c]), d,
+                           corner[r] + k);
+        const V error = hn::Set(d, children[c].error);
         for (int k = 0; k < kSectors; k += lanes) {
-            const auto in = hn::Max(hn::LoadU(d, inner + k), hn::LoadU(d, inner + k + 1));
-            const auto out = hn::Max(hn::LoadU(d, outer + k), hn::LoadU(d, outer + k + 1));
-            hn::StoreU(hn::Min(hn::LoadU(d, bound_in + k), hn::Add(error, hn::Max(in, middle))), d, bound_in + k);
-            hn::StoreU(hn::Min(hn::LoadU(d, bound_out + k), hn::Add(error, hn::Max(in, out))), d, bound_out + k);
+            V inner = DistanceToChild(d, hn::Zero(d), hn::Zero(d), children[c]);
+            for (int r = 0; r < kRings; ++r) {
+                const V outer = hn::Max(hn::LoadU(d, corner[r] + k), hn::LoadU(d, corner[r] + k + 1));
+                hn::StoreU(hn::Min(hn::LoadU(d, bound[r] + k), hn::Add(error, hn::Max(inner, outer))), d, bound[r] + k);
+                inner = outer;
+            }
         }
     }
-    return std::max(*std::max_element(bound_in, bound_in + kSectors), *std::max_element(bound_out, bound_out + kSectors));
+    float worst = 0;
+    for (const auto& ring : bound) worst = std::max(worst, *std::max_element(ring, ring + kSectors));
+    return worst;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -158,8 +155,8 @@ float least_dot(const PointArrays& vectors, size_t begin, size_t end, const glm:
                                           end - begin, normal);
 }
 
-float nested_error(float radius, float half_thickness, std::span<const ChildShape> children) {
-    return HWY_DYNAMIC_DISPATCH(NestedError)(radius, half_thickness, children.data(), children.size());
+float nested_error(float radius, std::span<const ChildShape> children) {
+    return HWY_DYNAMIC_DISPATCH(NestedError)(radius, children.data(), children.size());
 }
 
 }  // namespace splat

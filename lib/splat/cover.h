@@ -52,16 +52,16 @@ std::array<float, 4> cover(const FramePoints& points, const glm::vec3& centre);
 // Least dot product of `normal` with the vectors [begin, end).
 float least_dot(const PointArrays& vectors, size_t begin, size_t end, const glm::vec3& normal);
 
-// A child's ellipsoid in its parent's frame, for nested_error().
+// A child's disc in its parent's frame, for nested_error().
 struct ChildShape {
     glm::vec3 centre;  // relative to the parent's centre, u v w
     glm::vec3 normal;
-    float radius, half_thickness, error;
+    float radius, error;
 };
 
-// Bound on the distance from any point of an ellipsoid (radius, half thickness; about 0, along w) to
-// the surface, given ellipsoids that each stay within their `error` of it: the disc is cut into 24
-// convex cells, and the distance to a convex set is largest at a cell's corners.
-float nested_error(float radius, float half_thickness, std::span<const ChildShape> children);
+// Bound on the distance from any point of a disc (about 0, across w) to the surface, given discs that each
+// stay within their `error` of it: the disc is cut into 48 convex cells, and the distance to a convex set is
+// largest at a cell's corners.
+float nested_error(float radius, std::span<const ChildShape> children);
 
 }  // namespace splat

@@ -223,7 +223,12 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         const V reach = hn::Mul(radius, hn::Sqrt(hn::Max(zero, hn::Sub(one, hn::Mul(hn::Sub(one, hn::Mul(flat, flat)), hn::Mul(facing, facing))))));
         const V nearest = hn::Sub(z, reach);
         const V focal = hn::Set(d, view.focal);
-        const V error = hn::Mul(hn::Mul(radius, hn::Load(d, &g.error[i])), focal);
+        // What is drawn is the plane through the centre conjugate to the line of sight: the disc, seen from the
+        // front, and up to the half thickness off it where it is seen on edge.
+        const V most = hn::Div(hn::Max(zero, hn::Sub(hn::Abs(along), radius)), hn::Add(hn::Sqrt(square), radius));
+        const V cos2 = hn::Mul(most, most), lean = hn::Mul(hn::Mul(flat, flat), hn::Sub(one, cos2));
+        const V off_disc = hn::Mul(flat, hn::Sqrt(hn::Div(lean, hn::Add(cos2, lean))));
+        const V error = hn::Mul(hn::Mul(radius, hn::Add(hn::Load(d, &g.error[i]), off_disc)), focal);
         const V diameter = hn::Mul(hn::Add(radius, radius), focal);
         M small = hn::Le(diameter, hn::Mul(hn::Set(d, view.limit_diameter), nearest));
         if (view.by_error) small = hn::And(small, hn::Le(error, hn::Mul(hn::Set(d, view.limit_error), nearest)));
@@ -394,7 +399,7 @@ struct Cut::State {
         batch.flatness[i] = codes.flatness[k];
         batch.colour[i] = view.has_colour ? codes.colour[k] : view.colour;
         const float nearest = batch.z[i] - node.radius;
-        const double error = double(codes.error[k]) * double(node.radius) * double(view.focal);
+        const double error = double(codes.error[k] + codes.flatness[k]) * double(node.radius) * double(view.focal);
         c.error_bound_px = std::max(c.error_bound_px, nearest > 0 ? error / double(nearest) : std::numeric_limits<double>::infinity());
         ++c.splats;
     }

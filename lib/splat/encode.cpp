@@ -151,7 +151,7 @@ NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& pare
     return result;
 }
 
-uint32_t quantise_error(float error, float radius) {
+static uint32_t quantise_error(float error, float radius) {
     for (uint32_t code = 0; code < 8; ++code)
         if (error <= radius * kErrorOfRadius[code]) return code;
     return 7;
@@ -164,17 +164,19 @@ void set_error(CodedTree& tree, size_t node, float error) {
     tree.decoded[node].error = tree.decoded[node].radius * kErrorOfRadius[code];
 }
 
-float error_over_children(const Node& node, std::span<const Node> children) {
+float error_over(const Node& node, std::span<const Node* const> parts) {
+    constexpr size_t kMost = 64;
     const Frame frame = frame_about(node.normal);
-    ChildShape shapes[kMaxFanOut];
+    ChildShape shapes[kMost];
     const auto turn = [&](const glm::vec3& v) {
         return glm::vec3(glm::dot(frame.t1, v), glm::dot(frame.t2, v), glm::dot(frame.n, v));
     };
-    for (size_t k = 0; k < children.size(); ++k) {
-        const Node& c = children[k];
-        shapes[k] = {turn(glm::vec3(c.centre - node.centre)), turn(c.normal), c.radius, c.radius * c.flatness, c.error};
+    const size_t count = std::min(parts.size(), kMost);
+    for (size_t k = 0; k < count; ++k) {
+        const Node& c = *parts[k];
+        shapes[k] = {turn(glm::vec3(c.centre - node.centre)), turn(c.normal), c.radius, c.error};
     }
-    return nested_error(node.radius, node.radius * node.flatness, {shapes, children.size()}) * kRoundUp;
+    return nested_error(node.radius, {shapes, count}) * kRoundUp;
 }
 
 namespace {
@@ -359,56 +361,128 @@ class SubtreeEncoder {
     }
 
     void set_errors() {
+        is_closed_.resize(count_);
+        for (uint32_t i = 0; i < count_; ++i) is_closed_[i] = find_closed(i);
+        find_neighbours();
         for (size_t node = tree_.size(); node-- > 0;) {
-            const int32_t group = tree_.child_group[node];
-            if (group == CodedTree::kLeaf) {
+            if (tree_.child_group[node] == CodedTree::kLeaf)
                 set_error(tree_, node, leaf_error(runs_[node].begin, tree_.decoded[node]));
-            } else {
-                const auto [first, n] = tree_.groups[size_t(group)];
-                set_error(tree_, node, error_over_children(tree_.decoded[node], {&tree_.decoded[first], n}));
-            }
+            else
+                set_error(tree_, node, inner_error(node));
         }
     }
 
-    // Bound on the distance from any point of a leaf's ellipsoid to the faces about its vertex.  Where
-    // the faces go once round the vertex, all seen from the normal's side, each point of the disc lies over
-    // (or beyond) one of them, and the height of that face is bounded by its corners.
-    float leaf_error(uint32_t i, const Node& node) {
-        const glm::dvec3 vertex = in_.model(in_.begin + i) - node.centre;
-        const Frame frame = frame_about(node.normal);
-        const auto turn = [&](const glm::dvec3& v) {
-            return glm::dvec3(glm::dot(glm::dvec3(frame.t1), v), glm::dot(glm::dvec3(frame.t2), v), glm::dot(glm::dvec3(frame.n), v));
-        };
-        const double radius = double(node.radius), h = radius * double(node.flatness);
-        const double to_vertex = glm::length(vertex) + radius;
-        const glm::dvec3 v = turn(vertex);
-        const double reach = radius + std::sqrt(v.x * v.x + v.y * v.y);
-        if (!is_closed(i)) return open_fan(to_vertex);
-        double worst = 0;
-        for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) {
-            const glm::dvec3 p = turn(in_.model(pairs_[k].x) - node.centre), q = turn(in_.model(pairs_[k].y) - node.centre);
-            const glm::dvec2 a(p - v), b(q - v);
-            const double turned = a.x * b.y - a.y * b.x;
-            if (!(turned > 0)) return open_fan(to_vertex);
-            const double far_edge = turned / glm::length(b - a);  // distance of the vertex from the line through p and q
-            const double part = std::min(1.0, reach / far_edge);
-            const double low = v.z + part * std::min({0.0, p.z - v.z, q.z - v.z});
-            const double high = v.z + part * std::max({0.0, p.z - v.z, q.z - v.z});
-            const double height = h + std::max(std::fabs(low), std::fabs(high));
-            const double beyond = std::max(0.0, reach - far_edge);
-            worst = std::max(worst, std::sqrt(height * height + beyond * beyond));
+    template <class Use>
+    void for_children(size_t node, const Use& use) const {
+        if (tree_.child_group[node] == CodedTree::kLeaf) return;
+        const auto [first, n] = tree_.groups[size_t(tree_.child_group[node])];
+        for (uint32_t k = 0; k < n; ++k) use(first + k);
+    }
+
+    bool touch(size_t a, size_t b) const {
+        const Node &p = tree_.decoded[a], &q = tree_.decoded[b];
+        const glm::vec3 d(p.centre - q.centre);
+        const float reach = p.radius + q.radius;
+        return glm::dot(d, d) < reach * reach;
+    }
+
+    // For each inner node the nodes of its level whose spheres touch its own, itself first: found among the
+    // children of its parent's neighbours.
+    void find_neighbours() {
+        neighbour_begin_.assign(tree_.size() + 1, 0);
+        neighbours_.clear();
+        const auto close = [&](size_t node) { neighbour_begin_[node + 1] = uint32_t(neighbours_.size()); };
+        neighbours_.push_back(0);
+        close(0);
+        std::vector<uint32_t> parent(tree_.size(), 0);
+        for (uint32_t node = 0; node < tree_.size(); ++node) for_children(node, [&](uint32_t c) { parent[c] = node; });
+        for (uint32_t node = 1; node < tree_.size(); ++node) {
+            if (tree_.child_group[node] != CodedTree::kLeaf) {
+                neighbours_.push_back(node);
+                for (uint32_t k = neighbour_begin_[parent[node]]; k < neighbour_begin_[parent[node] + 1]; ++k) {
+                    const uint32_t uncle = neighbours_[k];
+                    for_children(uncle, [&](uint32_t c) {
+                        if (c != node && touch(c, node)) neighbours_.push_back(c);
+                    });
+                }
+            }
+            close(node);
         }
-        return float(std::min(worst, to_vertex)) * kRoundUp;
     }
-    float open_fan(double to_vertex) {
-        ++counts_.open_fans;
-        return float(to_vertex) * kRoundUp;
+
+    // The node's disc reaches over the rim of its surface, where its neighbours' is.
+    float inner_error(size_t node) {
+        parts_.clear();
+        for (uint32_t k = neighbour_begin_[node]; k < neighbour_begin_[node + 1]; ++k) {
+            const uint32_t n = neighbours_[k];
+            for_children(n, [&](uint32_t c) {
+                if (n == node || touch(c, node)) parts_.push_back(&tree_.decoded[c]);
+            });
+        }
+        return error_over(tree_.decoded[node], parts_);
     }
+
+    // Bound on the distance from any point of a leaf's disc to the surface.
+    //
+    // The faces about a set of closed vertices are taken, beginning with the leaf's own, until no edge of
+    // their rim crosses the disc.  If all of them are seen from the normal's side, their projection covers
+    // the whole disc (its degree over the disc is constant, and positive at the vertex), so that over each
+    // point of the disc there is surface, no further up or down than the faces that meet the disc go.
+    // Where the faces do not close or fold over, it is the distance to the vertex, which is surface too.
+    float leaf_error(uint32_t i, const Node& node) {
+        const Frame frame = frame_about(node.normal);
+        const double radius = double(node.radius);
+        const auto place = [&](uint32_t leaf) {
+            const glm::vec3 d(in_.model(leaf) - node.centre);
+            return glm::dvec3(glm::dot(frame.t1, d), glm::dot(frame.t2, d), glm::dot(frame.n, d));
+        };
+        const double to_vertex = glm::length(place(in_.begin + i)) + radius;
+        const float fallback = float(to_vertex) * kRoundUp;
+        if (!is_closed_[i]) return fallback;
+        double height = 0;
+        patch_.assign(1, in_.begin + i);
+        for (size_t at = 0; at < patch_.size(); ++at) {
+            const uint32_t leaf = patch_[at];
+            const uint32_t local = leaf - in_.begin;
+            if (local >= count_ || !is_closed_[local] || patch_.size() > 16) return fallback;
+            const glm::dvec3 v = place(leaf);
+            for (uint32_t k = pair_begin_[local]; k < pair_begin_[local + 1]; ++k) {
+                const glm::dvec3 p = place(pairs_[k].x), q = place(pairs_[k].y);
+                const glm::dvec2 a(p - v), b(q - v);
+                const double turned = a.x * b.y - a.y * b.x;
+                if (!(turned > 0)) return fallback;
+                height = std::max(height, height_over_disc(v, p, q, turned, radius));
+                const bool crosses = segment_distance(glm::dvec2(p), glm::dvec2(q)) <= radius;
+                const auto has = [&](uint32_t x) { return std::find(patch_.begin(), patch_.end(), x) != patch_.end(); };
+                if (crosses && !has(pairs_[k].x) && !has(pairs_[k].y)) patch_.push_back(pairs_[k].x);
+            }
+        }
+        return float(std::min(height, to_vertex)) * kRoundUp;
+    }
+
+    // How far a face goes up or down over the disc about 0: no further than its corners, nor than its plane
+    // within the radius.
+    static double height_over_disc(const glm::dvec3& v, const glm::dvec3& p, const glm::dvec3& q, double turned, double radius) {
+        const glm::dvec3 n = glm::cross(p - v, q - v);  // n.z is `turned`
+        const double middle = std::fabs(glm::dot(n, v)) / turned;
+        const double slope = std::sqrt(n.x * n.x + n.y * n.y) / turned;
+        return std::min(std::max({std::fabs(v.z), std::fabs(p.z), std::fabs(q.z)}), middle + slope * radius);
+    }
+
+    // Distance of the segment from 0.
+    static double segment_distance(const glm::dvec2& p, const glm::dvec2& q) {
+        const glm::dvec2 d = q - p;
+        const double square = glm::dot(d, d);
+        const double t = square > 0 ? std::clamp(-glm::dot(p, d) / square, 0.0, 1.0) : 0.0;
+        return glm::length(p + t * d);
+    }
+
     // Do the faces go round leaf i and close?  If not, notes the edges without a partner.
-    bool is_closed(uint32_t i) {
+    bool find_closed(uint32_t i) {
         uint64_t out = 0, in = 0;  // sums of hashes: equal where each edge is left as often as entered
         for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) out += mix(pairs_[k].x), in += mix(pairs_[k].y);
         if (out == in) return pair_begin_[i] < pair_begin_[i + 1];
+        ++counts_.open_fans;
         for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) {
             bool x_entered = false, y_left = false;
             for (uint32_t m = pair_begin_[i]; m < pair_begin_[i + 1]; ++m)
@@ -432,7 +506,10 @@ class SubtreeEncoder {
     CodedTree tree_;
     float subtree_radius_ = 0;
     std::vector<Run> runs_;
-    std::vector<uint32_t> pair_begin_, cursor_;
+    std::vector<uint32_t> pair_begin_, cursor_, patch_;
+    std::vector<uint8_t> is_closed_;
+    std::vector<uint32_t> neighbour_begin_, neighbours_;
+    std::vector<const Node*> parts_;
     std::vector<glm::u32vec2> pairs_;
     PointArrays corners_, face_normals_;
     std::vector<glm::dvec3> precise_;

@@ -73,11 +73,12 @@ class NodeEncoder {
     PointArrays exact_;
 };
 
-// Sets the error codes of tree.decoded and its codes, last node first; `leaf_error(i)` gives the bound of
-// leaf node i in model units, and `subtree_root(s)` the decoded root of subtree s.
-uint32_t quantise_error(float error, float radius);
+// Rounds a node's error up to its code and sets it, in the codes and in tree.decoded.
 void set_error(CodedTree& tree, size_t node, float error);
-float error_over_children(const Node& node, std::span<const Node> children);
+
+// Bound on the distance of a node's disc from the surface, by way of nodes below it (and below its
+// neighbours) whose errors are known.
+float error_over(const Node& node, std::span<const Node* const> parts);
 
 // One subtree of a mesh or cloud.  Model units.
 struct SubtreeInput {

@@ -128,7 +128,7 @@ struct Node {
     float radius = 1;          // across; also of the sphere that holds the ellipsoid
     glm::vec3 normal{0, 0, 1};
     float flatness = 1;        // half thickness / radius
-    float error = 2;           // bound on the distance of the ellipsoid's points from the surface
+    float error = 2;           // bound on the distance of the disc (the ellipsoid's middle) from the surface
     int cone = -1;
     int children = 0;          // 0: a leaf
     uint16_t colour = 0;
