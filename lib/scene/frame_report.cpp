@@ -1,0 +1,47 @@
+#include "scene/frame_report.h"
+
+namespace scene {
+
+namespace {
+
+void add_reference(core::Json& json, const ReferenceMeasures& measures) {
+    const render::ImageDifference& d = measures.difference;
+    json["psnr_db"] = d.psnr_db;
+    json["psnr_inside_db"] = d.psnr_inside_db;
+    json["ssim"] = d.ssim;
+    json["coverage_iou"] = d.coverage_iou;
+    json["silhouette_growth"] = d.silhouette_growth;
+    json["holes"] = d.holes;
+    json["depth_rmse_px"] = d.depth_rmse_px ? core::Json(*d.depth_rmse_px) : core::Json();
+    json["measured_error_px"] = measures.measured_error_px;
+}
+
+}  // namespace
+
+core::Json to_json(const FrameReport& report, const splat::Model& model) {
+    const splat::CutCounts& counts = report.draw.counts;
+    core::Json json;
+    json["frame"] = report.frame;
+    json["t"] = report.time_s;
+    core::Json& ms = json["ms"];
+    ms["traverse"] = report.draw.traverse_ms;
+    ms["draw"] = report.draw.draw_ms;
+    ms["write"] = report.write_ms;
+    ms["total"] = report.draw.traverse_ms + report.draw.draw_ms + report.write_ms;
+    if (report.reference) ms["reference"] = report.reference_ms;
+    json["nodes_visited"] = counts.nodes_visited;
+    json["nodes_culled"] = {{"frustum", counts.frustum_culled}, {"backface", counts.backface_culled}};
+    json["splats"] = counts.splats;
+    const bool by_error = report.cut.by == splat::CutBy::error;
+    json[by_error ? "threshold_px" : "threshold_diameter_px"] = report.cut.threshold_px;
+    json["error_bound_px"] = counts.error_bound_px;
+    json["blocks_touched"] = counts.blocks_touched;
+    json["bytes_touched"] = counts.blocks_touched * model.header().block_size;
+    json["groups_missing"] = counts.groups_missing;
+    json["model_blocks"] = model.header().block_count;
+    json["model_blocks_present"] = model.blocks_present();
+    if (report.reference) add_reference(json, *report.reference);
+    return json;
+}
+
+}  // namespace scene
