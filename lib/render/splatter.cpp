@@ -36,12 +36,41 @@ struct TileGrid {
 // Calls body(place in `grid`) for each tile that the splat may touch.
 template <class Body>
 void for_each_tile(const SplatRecord& r, const TileGrid& grid, const Body& body) {
-    const int x0 = r.x0 / kTileWidth - grid.x0, x1 = r.x1 / kTileWidth - grid.x0;
-    const int y0 = r.y0 / kTileHeight - grid.y0, y1 = r.y1 / kTileHeight - grid.y0;
+    const int x0 = int(uint32_t(r.x0) / kTileWidth) - grid.x0,
+              x1 = int(uint32_t(r.x1) / kTileWidth) - grid.x0;
+    const int y0 = int(uint32_t(r.y0) / kTileHeight) - grid.y0,
+              y1 = int(uint32_t(r.y1) / kTileHeight) - grid.y0;
+    // Nearly all lie in one.
+    if (((x1 - x0) | (y1 - y0)) == 0) return body(size_t(y0 * grid.across + x0));
     for (int y = y0; y <= y1; ++y) {
         for (int x = x0; x <= x1; ++x) body(size_t(y * grid.across + x));
     }
 }
+
+// Counters of which the one used last is kept in a register: neighbours mostly lie in one tile, and
+// counting in memory would wait for each store to come round to the next load.
+class Counters {
+  public:
+    explicit Counters(std::vector<uint32_t>& values) : values_(values.data()), value_(values[0]) {}
+    ~Counters() { values_[place_] = value_; }
+    Counters(const Counters&) = delete;
+    Counters& operator=(const Counters&) = delete;
+
+    // The counter's value before it is raised by one.
+    uint32_t next(size_t place) {
+        if (place != place_) {
+            values_[place_] = value_;
+            place_ = place;
+            value_ = values_[place];
+        }
+        return value_++;
+    }
+
+  private:
+    uint32_t* values_;
+    size_t place_ = 0;
+    uint32_t value_;
+};
 
 // Counting sort of a task's splats into tiles; within a tile they keep their order.
 void sort_into_tiles(Task& task, int tiles_across) {
@@ -51,8 +80,11 @@ void sort_into_tiles(Task& task, int tiles_across) {
     grid.x0 = task.box.x0 / kTileWidth, grid.across = task.box.x1 / kTileWidth - grid.x0 + 1;
     grid.y0 = task.box.y0 / kTileHeight, grid.down = task.box.y1 / kTileHeight - grid.y0 + 1;
     task.ends.assign(size_t(grid.across) * size_t(grid.down), 0);
-    for (size_t i = 0; i < task.count; ++i) {
-        for_each_tile(task.records[i], grid, [&](size_t place) { ++task.ends[place]; });
+    {
+        Counters counters(task.ends);
+        for (size_t i = 0; i < task.count; ++i) {
+            for_each_tile(task.records[i], grid, [&](size_t place) { counters.next(place); });
+        }
     }
     uint32_t total = 0;
     for (size_t place = 0; place < task.ends.size(); ++place) {
@@ -64,9 +96,11 @@ void sort_into_tiles(Task& task, int tiles_across) {
         total += count;
     }
     if (task.order.size() < total) task.order.resize(total);
+    Counters places(task.ends);
+    uint32_t* order = task.order.data();
     for (size_t i = 0; i < task.count; ++i) {
         for_each_tile(task.records[i], grid,
-                      [&](size_t place) { task.order[task.ends[place]++] = static_cast<uint32_t>(i); });
+                      [&](size_t place) { order[places.next(place)] = static_cast<uint32_t>(i); });
     }
 }
 
