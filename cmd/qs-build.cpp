@@ -30,6 +30,7 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
     json["triangles_dropped"] = to_json(read.triangles_dropped);
     json["zero_area_faces"] = r.zero_area_faces;
     json["boundary_edges"] = r.boundary_edges;
+    json["widest_gap"] = r.widest_gap;
     json["is_closed"] = (h.flags & splat::kOpenSurface) == 0;
     json["leaves"] = h.leaf_count;
     json["nodes"] = h.node_count;

@@ -17,7 +17,7 @@ namespace splat {
 namespace {
 
 constexpr uint32_t kHullLeaves = 49;       // leaves summarised by one box for the upper tree
-constexpr double kOpenGap = 0.05;          // widest boundary, in radii, of a model still taken as closed
+constexpr double kOpenGap = 0.1;           // widest boundary, in radii, of a model still taken as closed
 constexpr size_t kFacePiece = size_t(1) << 16;
 
 class Stages {
@@ -414,6 +414,7 @@ class Builder {
                     it->second.second = glm::max(it->second.second, model(v));
                 }
         for (const auto& [v, box] : boxes) report_.widest_gap = std::max(report_.widest_gap, glm::length(box.second - box.first));
+        report_.boundary_edges /= 2;  // each was noted at both ends
         if (report_.widest_gap > kOpenGap) report_.header.flags |= kOpenSurface;
     }
 

@@ -41,19 +41,25 @@ void Rotate(const float* x, const float* y, const float* z, size_t count, const 
     }
 }
 
-void Cover(const float* u, const float* v, const float* w, size_t count, const glm::vec3& c, float* out) {
+// A lane a centre; the points one by one.
+void Cover(const float* u, const float* v, const float* w, size_t count, const Centres& centres, Cover8* out) {
     const D d;
-    const V cu = hn::Set(d, c.x), cv = hn::Set(d, c.y), cw = hn::Set(d, c.z);
-    V most[4] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-    V weight[4];
-    for (int k = 0; k < 4; ++k) weight[k] = hn::Set(d, 1.0f / (kFlatness[k] * kFlatness[k]));
-    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-        const V du = hn::Sub(hn::LoadU(d, u + i), cu), dv = hn::Sub(hn::LoadU(d, v + i), cv),
-                dw = hn::Sub(hn::LoadU(d, w + i), cw);
-        const V across = hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)), along = hn::Mul(dw, dw);
-        for (int k = 0; k < 4; ++k) most[k] = hn::Max(most[k], hn::Add(across, hn::Mul(along, weight[k])));
+    for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
+        const V cu = hn::LoadU(d, centres.u + lane), cv = hn::LoadU(d, centres.v + lane), cw = hn::LoadU(d, centres.w + lane);
+        V most0 = hn::Zero(d), most1 = hn::Zero(d), most2 = hn::Zero(d), most3 = hn::Zero(d);
+        const V weight0 = hn::Set(d, 1.0f / (kFlatness[0] * kFlatness[0])), weight1 = hn::Set(d, 1.0f / (kFlatness[1] * kFlatness[1])),
+                weight2 = hn::Set(d, 1.0f / (kFlatness[2] * kFlatness[2]));
+        for (size_t i = 0; i < count; ++i) {
+            const V du = hn::Sub(hn::Set(d, u[i]), cu), dv = hn::Sub(hn::Set(d, v[i]), cv), dw = hn::Sub(hn::Set(d, w[i]), cw);
+            const V across = hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)), along = hn::Mul(dw, dw);
+            most0 = hn::Max(most0, hn::Add(across, hn::Mul(along, weight0)));
+            most1 = hn::Max(most1, hn::Add(across, hn::Mul(along, weight1)));
+            most2 = hn::Max(most2, hn::Add(across, hn::Mul(along, weight2)));
+            most3 = hn::Max(most3, hn::Add(across, along));
+        }
+        hn::StoreU(most0, d, out->square[0] + lane), hn::StoreU(most1, d, out->square[1] + lane);
+        hn::StoreU(most2, d, out->square[2] + lane), hn::StoreU(most3, d, out->square[3] + lane);
     }
-    for (int k = 0; k < 4; ++k) out[k] = hn::GetLane(hn::MaxOfLanes(d, most[k]));
 }
 
 float LeastDot(const float* x, const float* y, const float* z, size_t count, const glm::vec3& n) {
@@ -144,9 +150,9 @@ Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::ve
     return extent;
 }
 
-std::array<float, 4> cover(const FramePoints& points, const glm::vec3& centre) {
-    std::array<float, 4> result;
-    HWY_DYNAMIC_DISPATCH(Cover)(points.u.data(), points.v.data(), points.w.data(), points.count, centre, result.data());
+Cover8 cover(const FramePoints& points, const Centres& centres) {
+    Cover8 result;
+    HWY_DYNAMIC_DISPATCH(Cover)(points.u.data(), points.v.data(), points.w.data(), points.count, centres, &result);
     return result;
 }
 

@@ -45,9 +45,15 @@ struct FramePoints {
 Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::vec3& base, const Frame& frame,
               FramePoints& out);
 
-// For the centre (u, v, w): the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2 for each kFlatness:
-// the square of the radius across that covers all points.
-std::array<float, 4> cover(const FramePoints& points, const glm::vec3& centre);
+// Eight centres at once.  For each kFlatness: the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2, the
+// square of the radius across that covers all points.
+struct Centres {
+    float u[kLanes], v[kLanes], w[kLanes];
+};
+struct Cover8 {
+    float square[4][kLanes];
+};
+Cover8 cover(const FramePoints& points, const Centres& centres);
 
 // Least dot product of `normal` with the vectors [begin, end).
 float least_dot(const PointArrays& vectors, size_t begin, size_t end, const glm::vec3& normal);

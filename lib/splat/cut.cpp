@@ -154,11 +154,13 @@ HWY_INLINE V3 DecodeOffset(D d, U place, V radius_level, V3 n, float parent_radi
     const hn::RebindToSigned<D> di;
     const V one = hn::Set(d, 1.0f);
     const auto field = [&](U v, uint32_t mask) { return hn::ConvertTo(d, hn::BitCast(di, hn::And(v, hn::Set(du, mask)))); };
-    const V half = hn::Set(d, 3.5f);
-    V a = hn::Div(hn::Sub(field(hn::ShiftRight<4>(place), 7), half), half);
-    V b = hn::Div(hn::Sub(field(hn::ShiftRight<7>(place), 7), half), half);
-    const V u = hn::Div(hn::Sub(field(hn::ShiftRight<10>(place), 31), hn::Set(d, 15.5f)), hn::Set(d, 16.0f));
-    V c = hn::Mul(u, hn::Add(hn::Set(d, 0.35f), hn::Mul(hn::Set(d, 0.65f), hn::Abs(u))));
+    const auto step = [&](V k, float middle, float scale, float linear) {
+        const V u = hn::Mul(hn::Sub(k, hn::Set(d, middle)), hn::Set(d, scale));
+        return hn::Mul(u, hn::Add(hn::Set(d, linear), hn::Mul(hn::Set(d, 1.0f - linear), hn::Abs(u))));
+    };
+    V a = step(field(hn::ShiftRight<4>(place), 7), 3.5f, 1.0f / 3.5f, kAcrossLinear);
+    V b = step(field(hn::ShiftRight<7>(place), 7), 3.5f, 1.0f / 3.5f, kAcrossLinear);
+    V c = step(field(hn::ShiftRight<10>(place), 31), 15.5f, 1.0f / 16.0f, 0.35f);
     const V q = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
     const V limit = hn::Mul(hn::Set(d, 1.0f + kSlack), hn::Sub(one, radius_level));
     const V s = hn::IfThenElse(hn::Gt(q, one), hn::Div(limit, hn::Sqrt(q)), limit);

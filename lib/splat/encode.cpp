@@ -55,40 +55,40 @@ uint32_t encode_cone(float least_dot, int parent_cone) {
     return 3;
 }
 
-// Inverse of along_step, as a real index.
-float along_index(float c) {
-    const float a = std::fabs(c);
-    const float u = (-0.35f + std::sqrt(0.1225f + 2.6f * a)) / 1.3f;
-    return std::copysign(std::min(u, 1.0f), c) * 16.0f + 15.5f;
-}
-
 struct Choice {
     uint32_t place = kRadiusLevels - 1u, shape = 3;
     float cost = std::numeric_limits<float>::infinity();
 };
 
-glm::vec3 lattice_point(uint32_t place, float parent_radius) {
-    const glm::vec3 in_frame = decode_offset(place, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
-    return in_frame * parent_radius;
+// The step at or below `x` (in parts of the limit), so that it and the next lie about it.
+int step_below(float x, float (*step)(int), int count) {
+    int k = 0;
+    while (k < count - 2 && step(k + 1) <= x) ++k;
+    return k;
 }
 
-// Tries the lattice points about `ideal` on one level.
+// Tries the eight lattice points about `ideal` on one level.
 void try_level(int level, const FramePoints& points, const glm::vec3& ideal, float parent_radius, Choice& best) {
     const float radius = kRadius[level] * parent_radius;
-    const float scale = 1.0f / std::max(centre_limit(level) * parent_radius, std::numeric_limits<float>::min());
-    const auto lower = [](float index, int top) { return std::clamp(int(std::floor(index)), 0, top); };
-    const int a0 = lower(ideal.x * scale * 3.5f + 3.5f, 6), b0 = lower(ideal.y * scale * 3.5f + 3.5f, 6);
-    const int c0 = lower(along_index(std::clamp(ideal.z * scale, -1.0f, 1.0f)), 30);
+    const float limit = centre_limit(level) * parent_radius;
+    const float scale = 1.0f / std::max(limit, std::numeric_limits<float>::min());
+    const int a0 = step_below(ideal.x * scale, across_step, 8), b0 = step_below(ideal.y * scale, across_step, 8);
+    const int c0 = step_below(ideal.z * scale, along_step, 32);
+    Centres centres;
+    uint32_t place[kLanes];
+    for (int k = 0; k < int(kLanes); ++k) {
+        place[k] = uint32_t(level) | uint32_t(a0 + (k & 1)) << 4 | uint32_t(b0 + (k >> 1 & 1)) << 7 | uint32_t(c0 + (k >> 2)) << 10;
+        const glm::vec3 centre = decode_offset(place[k], {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) * parent_radius;
+        centres.u[k] = centre.x, centres.v[k] = centre.y, centres.w[k] = centre.z;
+    }
+    const Cover8 needed = cover(points, centres);
     const float allowed = radius * radius / (kRoundUp * kRoundUp);
-    for (int k = 0; k < 8; ++k) {
-        const uint32_t place = uint32_t(level) | uint32_t(a0 + (k & 1)) << 4 | uint32_t(b0 + (k >> 1 & 1)) << 7 |
-                               uint32_t(c0 + (k >> 2)) << 10;
-        const std::array<float, 4> needed = cover(points, lattice_point(place, parent_radius));
+    for (int k = 0; k < int(kLanes); ++k) {
         for (uint32_t rho = 0; rho < 4; ++rho) {
-            if (!(needed[rho] <= allowed)) continue;
+            if (!(needed.square[rho][k] <= allowed)) continue;
             const float cost = radius * (1.0f + kThinWeight * kFlatness[rho]) *
-                               (1.0f + 1e-3f * std::sqrt(needed[rho] / allowed));  // among equals, the best centred
-            if (cost < best.cost) best = {place, rho, cost};
+                               (1.0f + 1e-3f * needed.square[rho][k] / allowed);  // among equals, the best centred
+            if (cost < best.cost) best = {place[k], rho, cost};
             break;
         }
     }
@@ -130,8 +130,9 @@ NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& pare
         extent = rotate(*content.points, content.begin, content.end, glm::vec3(parent.centre - content.base), frame, points_);
     }
     const glm::vec3 ideal = free_centre(extent);
-    const std::array<float, 4> at_ideal = cover(points_, ideal);
-    const float smallest = std::max(std::sqrt(at_ideal[3]), std::min(kMinRadius, parent.radius));
+    Centres middle{};
+    for (size_t k = 0; k < kLanes; ++k) middle.u[k] = ideal.x, middle.v[k] = ideal.y, middle.w[k] = ideal.z;
+    const float smallest = std::max(std::sqrt(cover(points_, middle).square[3][0]), std::min(kMinRadius, parent.radius));
 
     Choice best;
     for (int level = 0; level < kRadiusLevels; ++level) {

@@ -26,6 +26,7 @@ namespace splat {
 constexpr float kSlack = 0.12f;
 constexpr int kNormalSteps = 45;  // odd, so that the axis itself has a code
 constexpr int kRadiusLevels = 16;
+constexpr float kAcrossLinear = 0.7f;  // slope of the lattice's steps at the middle
 
 // r of each level: closest where children of full groups lie, and 1 for the child that is as large as
 // its parent.
@@ -87,11 +88,15 @@ inline glm::vec3 decode_normal(uint32_t code, const Frame& parent, int parent_co
     return {nx * s, ny * s, nz * s};
 }
 
-// Steps of the centre's lattice, in parts of the limit.
-inline float across_step(int k) { return (float(k) - 3.5f) / 3.5f; }
-inline float along_step(int k) {  // finer about the middle, where children of a flat parent lie
-    const float u = (float(k) - 15.5f) / 16.0f;
-    return u * (0.35f + 0.65f * std::fabs(u));
+// Steps of the centre's lattice, in parts of the limit.  Closer about the middle: parents are coded larger
+// than they need to be, and children lie near their parent's plane.
+inline float across_step(int k) {
+    const float u = (float(k) - 3.5f) * (1.0f / 3.5f);
+    return u * (kAcrossLinear + (1.0f - kAcrossLinear) * std::fabs(u));
+}
+inline float along_step(int k) {
+    const float u = (float(k) - 15.5f) * (1.0f / 16.0f);
+    return u * (0.35f + (1.0f - 0.35f) * std::fabs(u));
 }
 inline float centre_limit(int level) { return (1.0f + kSlack) * (1.0f - kRadius[level]); }
 

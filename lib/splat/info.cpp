@@ -1,0 +1,195 @@
+#include "splat/info.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "splat/walk.h"
+
+namespace splat {
+
+namespace {
+
+unsigned long long number(uint64_t value) {
+    return static_cast<unsigned long long>(value);
+}
+
+std::vector<ChannelInfo> channels_of(const Header& h, uint64_t file_bytes) {
+    const auto bytes = [&](uint64_t bits) { return (h.node_count * bits + 7) / 8; };
+    std::vector<ChannelInfo> channels{{"structure_and_cone", bytes(5)},
+                                      {"normal", bytes(11)},
+                                      {"sphere", bytes(15)},
+                                      {"flatness_and_error", bytes(5)}};
+    if (h.has_colour()) channels.push_back({"colour", bytes(16)});
+    channels.push_back({"headers", kHeaderSize + h.block_count * kBlockHeaderSize});
+    uint64_t used = 0;
+    for (const ChannelInfo& c : channels) used += c.bytes;
+    channels.push_back({"unused", file_bytes - std::min(used, file_bytes)});
+    return channels;
+}
+
+std::vector<std::string> left_out_of(const Header& h) {
+    std::vector<std::string> left_out;
+    if (h.flags & kConstantColour)
+        left_out.push_back(core::text("colour: one for all, %d,%d,%d, in the header", h.colour[0],
+                                      h.colour[1], h.colour[2]));
+    else if (!h.has_colour())
+        left_out.emplace_back("colour: the input had none, or it was not wanted");
+    left_out.emplace_back(h.flags & kCloud ? "triangles: the input had none"
+                                           : "triangles: leaves are points");
+    return left_out;
+}
+
+void finish_means(LevelInfo& level) {
+    if (level.nodes == 0) return;
+    level.radius_mean /= double(level.nodes);
+    level.error_mean /= double(level.nodes);
+}
+
+const char* surface_of(const Header& h) {
+    if (h.flags & kCloud) return "cloud";
+    return h.flags & kOpenSurface ? "open" : "closed";
+}
+
+double per_vertex(const Info& info, uint64_t bytes) {
+    return double(bytes) / double(std::max<uint64_t>(info.header.vertices_in, 1));
+}
+
+// 2.26 MiB
+std::string size_text(uint64_t bytes) {
+    const char* const units[] = {"bytes", "KiB", "MiB", "GiB", "TiB"};
+    if (bytes < 1024) return core::text("%llu bytes", number(bytes));
+    size_t unit = 0;
+    double value = double(bytes);
+    while (value >= 1024 && unit + 1 < std::size(units)) value /= 1024, ++unit;
+    return core::text("%.3g %s", value >= 999.5 ? std::round(value) : value, units[unit]);
+}
+
+std::string levels_text(const Info& info) {
+    std::string out =
+        "level      nodes     leaves  radius mean   radius max   error mean    error max  prefix\n";
+    for (size_t l = 0; l < info.levels.size(); ++l) {
+        const LevelInfo& level = info.levels[l];
+        out += core::text("%5zu %10llu %10llu %12.5g %12.5g %12.5g %12.5g  %s%s\n", l, number(level.nodes),
+                          number(level.leaves), level.radius_mean, level.radius_max, level.error_mean,
+                          level.error_max, size_text(level.prefix_bytes).c_str(),
+                          l > info.levels_complete ? ", incomplete" : "");
+    }
+    return out;
+}
+
+}  // namespace
+
+Info read_info(const Model& model) {
+    const Header& h = model.header();
+    Info info;
+    info.name = model.name();
+    info.header = h;
+    info.file_bytes = kHeaderSize + h.block_count * h.block_size;
+    info.bytes_present = model.size_bytes();
+    info.blocks_present = model.blocks_present();
+    info.levels_complete = h.level_count;
+    info.channels = channels_of(h, info.file_bytes);
+    info.left_out = left_out_of(h);
+    const auto add = [&](LevelInfo& level, const Node& node, uint64_t prefix_bytes) {
+        ++level.nodes;
+        level.leaves += node.children == 0;
+        const double radius = double(node.radius) * h.scale, error = double(node.error) * h.scale;
+        level.radius_mean += radius, level.radius_max = std::max(level.radius_max, radius);
+        level.error_mean += error, level.error_max = std::max(level.error_max, error);
+        level.prefix_bytes = prefix_bytes;
+    };
+    add(info.levels.emplace_back(), model.root(), kHeaderSize);
+    info.opened = 1;
+    walk(model, kMaxLevels, [&](const WalkedNode& n) {
+        if (n.level >= info.levels.size()) info.levels.emplace_back();
+        add(info.levels[n.level], n.node, kHeaderSize + (n.at.block + 1) * h.block_size);
+        if (n.lacks_children) info.levels_complete = std::min(info.levels_complete, n.level);
+        info.opened += n.node.children > 0 && !n.lacks_children;
+        info.leaves_present += n.node.children == 0;
+        info.inserted += n.node.children == 1;
+        ++info.nodes_present;
+    });
+    for (LevelInfo& level : info.levels) finish_means(level);
+    return info;
+}
+
+std::string to_text(const Info& info) {
+    const Header& h = info.header;
+    std::string out = info.name + "\n";
+    const auto line = [&](const char* what, const std::string& value) {
+        out += core::text("%-12s ", what) + value + "\n";
+    };
+    line("vertices", core::text("%llu", number(h.vertices_in)));
+    line("triangles", core::text("%llu", number(h.triangles_in)));
+    line("leaves", core::text("%llu", number(h.leaf_count)));
+    line("nodes", core::text("%llu (%llu inserted%s), fan-out %.2f", number(h.node_count),
+                             number(info.inserted), info.is_complete() ? "" : " so far", info.fan_out()));
+    line("levels", core::text("%u", h.level_count));
+    line("surface", surface_of(h));
+    line("origin", core::text("%.17g %.17g %.17g", h.origin.x, h.origin.y, h.origin.z));
+    line("scale", core::text("%.9g (radius of the root)", h.scale));
+    line("blocks", core::text("%llu of %u bytes", number(h.block_count), h.block_size));
+    line("file",
+         size_text(info.file_bytes) + core::text(" (%llu bytes), %.3f bytes a vertex",
+                                                 number(info.file_bytes), per_vertex(info, info.file_bytes)));
+    if (info.is_complete())
+        line("complete", "yes");
+    else
+        line("complete", core::text("no: %llu of %llu blocks (%.1f %%), %llu of %llu nodes, levels 0 to %u",
+                                    number(info.blocks_present), number(h.block_count),
+                                    100.0 * double(info.blocks_present) / double(h.block_count),
+                                    number(info.nodes_present), number(h.node_count), info.levels_complete));
+    for (const ChannelInfo& c : info.channels)
+        line("channel", core::text("%-20s %12llu bytes %7.3f a vertex", c.name.c_str(), number(c.bytes),
+                                   per_vertex(info, c.bytes)));
+    for (const std::string& what : info.left_out) line("left out", what);
+    return out + levels_text(info);
+}
+
+nlohmann::ordered_json to_json(const Info& info) {
+    const Header& h = info.header;
+    nlohmann::ordered_json json;
+    json["file"] = info.name;
+    json["version"] = kVersion;
+    json["vertices_in"] = h.vertices_in;
+    json["triangles_in"] = h.triangles_in;
+    json["leaves"] = h.leaf_count;
+    json["nodes"] = h.node_count;
+    json["nodes_inserted"] = info.inserted;
+    json["fan_out_mean"] = info.fan_out();
+    json["level_count"] = h.level_count;
+    json["surface"] = surface_of(h);
+    json["origin"] = {h.origin.x, h.origin.y, h.origin.z};
+    json["scale"] = h.scale;
+    json["blocks"] = h.block_count;
+    json["block_bytes"] = h.block_size;
+    json["file_bytes"] = info.file_bytes;
+    json["bytes_per_vertex"] = per_vertex(info, info.file_bytes);
+    json["is_complete"] = info.is_complete();
+    json["bytes_present"] = info.bytes_present;
+    json["blocks_present"] = info.blocks_present;
+    json["blocks_present_percent"] = 100.0 * double(info.blocks_present) / double(h.block_count);
+    json["nodes_present"] = info.nodes_present;
+    json["leaves_present"] = info.leaves_present;
+    json["levels_complete"] = info.levels_complete;
+    for (const ChannelInfo& c : info.channels)
+        json["channels"][c.name] = {{"bytes", c.bytes}, {"bytes_per_vertex", per_vertex(info, c.bytes)}};
+    json["left_out"] = info.left_out;
+    json["levels"] = nlohmann::ordered_json::array();
+    for (size_t l = 0; l < info.levels.size(); ++l) {
+        const LevelInfo& level = info.levels[l];
+        json["levels"].push_back({{"level", l},
+                                  {"nodes", level.nodes},
+                                  {"leaves", level.leaves},
+                                  {"radius_mean", level.radius_mean},
+                                  {"radius_max", level.radius_max},
+                                  {"error_mean", level.error_mean},
+                                  {"error_max", level.error_max},
+                                  {"prefix_bytes", level.prefix_bytes},
+                                  {"is_complete", l <= info.levels_complete}});
+    }
+    return json;
+}
+
+}  // namespace splat

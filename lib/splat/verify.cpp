@@ -1,0 +1,220 @@
+#include "splat/verify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <deque>
+#include <vector>
+
+#include "core/error.h"
+#include "splat/walk.h"
+
+namespace splat {
+
+namespace {
+
+unsigned long long number(uint64_t value) {
+    return static_cast<unsigned long long>(value);
+}
+
+void check_header(const core::InputFile& file) {
+    const Header h = parse_header(file.bytes(), file.name());
+    const auto refuse = [&](const std::string& what) {
+        throw core::Error(file.name() + ": header: " + what);
+    };
+    constexpr uint32_t kKnown = kHasColour | kConstantColour | kOpenSurface | kCloud;
+    if (h.flags & ~kKnown) refuse(core::text("unknown flags %08x", h.flags & ~kKnown));
+    if ((h.flags & kHasColour) && (h.flags & kConstantColour))
+        refuse("one colour for all, and one for each node");
+    if ((h.flags & kCloud) && !(h.flags & kOpenSurface)) refuse("bare points as a closed surface");
+    if ((h.flags & kCloud) && h.triangles_in > 0)
+        refuse(core::text("bare points with %llu triangles", number(h.triangles_in)));
+    if (h.leaf_count > h.vertices_in)
+        refuse(core::text("%llu leaves of %llu vertices", number(h.leaf_count), number(h.vertices_in)));
+    const auto canonical = encode_header(h);
+    const auto differs = std::mismatch(canonical.begin(), canonical.end(), file.bytes().begin()).first;
+    if (differs != canonical.end())
+        refuse(core::text("byte %d is reserved and not 0", int(differs - canonical.begin())));
+}
+
+// What a block says without its nodes being decoded.
+class BlockChecks {
+  public:
+    explicit BlockChecks(const Model& model) : model_(model), queued_(model.layout().capacity) {
+        queued_.place(model.header().root_children);
+    }
+
+    void run() {
+        for (uint64_t b = 0; b < model_.blocks_present(); ++b) {
+            view_.open(model_, b);
+            check_unused(b);
+            check_pointer(b);
+        }
+        if (!model_.is_complete()) return;  // the next group is not known
+        for (const Pointer& p : unsettled_) settle(p, {p.block, 0});
+    }
+
+  private:
+    // A block and where it says that the next child group is.
+    struct Pointer {
+        uint64_t block;
+        GroupAt to;
+    };
+
+    void check_unused(uint64_t b) {
+        const std::span<const std::byte> bytes = model_.block(b);
+        const BlockLayout& layout = model_.layout();
+        const uint32_t nodes = view_.node_count();
+        const auto zero = [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i)
+                if (bytes[i] != std::byte{0}) model_.fault(b, core::text("unused byte %zu is not 0", i));
+        };
+        const size_t pair = 2 * size_t(nodes);
+        zero(layout.attitude + pair, layout.place);
+        zero(layout.place + pair, layout.colour);
+        if (view_.colour()) zero(layout.colour + pair, layout.shape);
+        if ((nodes & 1) && view_.shape_of(nodes) != 0)
+            model_.fault(b, core::text("unused half of byte %zu is not 0", layout.shape + nodes / 2));
+        zero(layout.shape + (nodes + 1) / 2, bytes.size());
+    }
+
+    // A block points to the next child group in order, be it its own or that of a later block.
+    void check_pointer(uint64_t b) {
+        BlockHeader head;
+        std::memcpy(&head, model_.block(b).data(), sizeof(head));
+        unsettled_.push_back({b, {head.child_block, head.child_slot}});
+        for (uint32_t slot = 0; slot < view_.node_count(); ++slot) {
+            if (view_.children_of(slot) == 0) continue;
+            const GroupAt at = queued_.place(uint32_t(view_.children_of(slot)));
+            for (const Pointer& p : unsettled_) settle(p, at);
+            unsettled_.clear();
+        }
+    }
+
+    void settle(const Pointer& p, const GroupAt& expected) const {
+        if (p.to != expected)
+            model_.fault(p.block,
+                         core::text("points to block %llu slot %u, the next group is at block %llu slot %u",
+                                    number(p.to.block), p.to.slot, number(expected.block), expected.slot));
+    }
+
+    const Model& model_;
+    GroupCursor queued_;
+    BlockView view_;
+    std::vector<Pointer> unsettled_;
+};
+
+// Normals within `index`'s half-angle of `axis`; index -1: none.
+struct Cone {
+    glm::vec3 axis{0, 0, 1};
+    int index = -1;
+};
+
+bool cones_meet(const Cone& a, const Cone& b) {
+    constexpr double kTolerance = 1e-5;  // radians: single precision of two decoded normals
+    const glm::dvec3 p(a.axis), q(b.axis);
+    const double between = std::atan2(glm::length(glm::cross(p, q)), glm::dot(p, q));
+    const auto half = [](int index) { return double(std::acos(kConeCos[index])); };
+    return between <= half(a.index) + half(b.index) + kTolerance;
+}
+
+class NodeChecks {
+  public:
+    explicit NodeChecks(const Model& model) : model_(model) {
+        const Node root = model.root();
+        cones_.push_back({{root.normal, root.cone}, root.children});
+    }
+
+    VerifyCounts run() {
+        walk(model_, kMaxLevels, [&](const WalkedNode& n) { check(n); });
+        counts_.blocks = model_.blocks_present();
+        return counts_;
+    }
+
+  private:
+    void check(const WalkedNode& n) {
+        const auto fault = [&](const std::string& what) {
+            model_.fault(n.at.block, core::text("slot %u: ", n.at.slot) + what);
+        };
+        ++counts_.nodes;
+        counts_.levels = n.level;
+        const Node& node = n.node;
+        if (!(node.radius > 0)) fault("its radius is 0");
+        const double reach =
+            glm::length(node.centre - n.parent.centre) + (1.0 + double(kSlack)) * double(node.radius);
+        const double room = (1.0 + double(kSlack)) * double(n.parent.radius);
+        if (!(reach <= room * (1 + 1e-5) + kCentreRounding))
+            fault(core::text("its culling sphere reaches %.9g from its parent's centre, which has %.9g",
+                             reach, room));
+        check_cone(n);
+        if (node.children == 0) ++counts_.leaves;
+    }
+
+    void check_cone(const WalkedNode& n) {
+        Inherited& above = cones_.front();
+        Cone cone{n.node.normal, n.node.cone};
+        if (cone.index >= 0 && above.cone.index >= 0 && !cones_meet(cone, above.cone))
+            model_.fault(
+                n.at.block,
+                core::text("slot %u: its normal cone lies outside that of the node above", n.at.slot));
+        if (cone.index < 0) cone = above.cone;
+        if (--above.children_left == 0) cones_.pop_front();
+        if (n.node.children > 0 && !n.lacks_children) cones_.push_back({cone, n.node.children});
+    }
+
+    // Centres are sums in double precision, in a model of radius 1.
+    static constexpr double kCentreRounding = 1e-15;
+
+    // The nearest cone at or above a node, for its children.
+    struct Inherited {
+        Cone cone;
+        int children_left;
+    };
+
+    const Model& model_;
+    VerifyCounts counts_;
+    std::deque<Inherited> cones_;  // of the groups to come, in the walk's order
+};
+
+void check_counts(const Model& model, const VerifyCounts& found) {
+    const Header& h = model.header();
+    const auto compare = [&](const char* what, uint64_t is, uint64_t said) {
+        if (is != said)
+            throw core::Error(core::text("%s: %llu %s, its header says %llu", model.name().c_str(),
+                                         number(is), what, number(said)));
+    };
+    compare("nodes", found.nodes, h.node_count);
+    compare("leaves", found.leaves, h.leaf_count);
+    compare("levels", found.levels, h.level_count);
+}
+
+void check_codes(const Model& model) {
+    BlockView view;
+    for (uint64_t b = 0; b < model.blocks_present(); ++b) {
+        view.open(model, b);
+        for (uint32_t slot = 0; slot < view.node_count(); ++slot)
+            if (const int code = view.attitude()[slot] >> 5; code >= kNormalSteps * kNormalSteps)
+                model.fault(b, core::text("slot %u: normal code %d, the last is %d", slot, code,
+                                          kNormalSteps * kNormalSteps - 1));
+    }
+}
+
+}  // namespace
+
+VerifyCounts verify(core::InputFile file) {
+    check_header(file);
+    const Model model(std::move(file));
+    BlockChecks(model).run();
+    check_codes(model);
+    const VerifyCounts counts = NodeChecks(model).run();
+    if (!model.is_complete()) {
+        const uint64_t blocks = model.header().block_count;
+        throw core::Error(core::text("%s: cut off at byte %zu: %llu of %llu blocks are there, without fault",
+                                     model.name().c_str(), model.size_bytes(), number(counts.blocks),
+                                     number(blocks)));
+    }
+    check_counts(model, counts);
+    return counts;
+}
+
+}  // namespace splat
