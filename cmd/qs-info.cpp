@@ -1,0 +1,95 @@
+// qs-info: say what splat models hold, verify them, take a level out.  The work is splat::read_info(),
+// splat::verify() and splat::write_cut().
+#include "core/error.h"
+#include "core/file.h"
+#include "core/program.h"
+#include "splat/extract.h"
+#include "splat/info.h"
+#include "splat/verify.h"
+
+namespace {
+
+struct Options {
+    std::vector<std::string> models;
+    bool json = false, verify = false;
+    int64_t level = -1;
+    std::string output;
+};
+
+core::Json to_json(const std::string& name, const splat::VerifyCounts& counts) {
+    return {{"file", name},          {"is_whole", true},        {"blocks", counts.blocks},
+            {"nodes", counts.nodes}, {"leaves", counts.leaves}, {"level_count", counts.levels}};
+}
+
+void verify(const std::string& path, const Options& o, core::Report& report) {
+    core::InputFile file(path);
+    const std::string name = file.name();
+    const splat::VerifyCounts counts = splat::verify(std::move(file));
+    const core::Json json = to_json(name, counts);
+    report.write(json);
+    const auto number = [](uint64_t n) { return std::to_string(n); };
+    core::print(o.json ? json.dump() + "\n"
+                       : name + ": whole: " + number(counts.blocks) + " blocks, " + number(counts.nodes) +
+                             " nodes, " + number(counts.leaves) + " leaves, " + number(counts.levels) +
+                             " levels\n");
+}
+
+void describe(const std::string& path, const Options& o, core::Report& report) {
+    const splat::Info info = splat::read_info(splat::Model(path));
+    const core::Json json = splat::to_json(info);
+    report.write(json);
+    core::print(o.json ? json.dump() + "\n" : splat::to_text(info));
+}
+
+void cut(const std::string& path, const Options& o, core::Report& report) {
+    core::refuse_binary_to_terminal(!o.output.empty());
+    const std::string output = o.output.empty() ? "-" : o.output;
+    if (core::same_file(path, output)) throw core::UsageError(output + ": is input and output at once");
+    const splat::Model model(path);
+    core::OutputFile out(output);
+    const uint64_t points = splat::write_cut(model, uint32_t(o.level), out);
+    out.commit();
+    report.write({{"file", model.name()}, {"level", o.level}, {"points", points}});
+}
+
+void run(const Options& o) {
+    const bool wants_cut = o.level >= 0;
+    if (wants_cut && (o.verify || o.json))
+        throw core::UsageError(std::string("--cut and ") + (o.verify ? "--verify" : "--json") +
+                               " exclude each other");
+    if (wants_cut && o.models.size() > 1) throw core::UsageError("--cut: takes one model, not several");
+    if (!wants_cut && !o.output.empty()) throw core::UsageError("--output: needs --cut");
+    core::Report report;
+    bool is_first = true;
+    for (const std::string& path : o.models) {
+        if (!is_first && !o.json && !o.verify) core::print("\n");
+        is_first = false;
+        try {
+            wants_cut ? cut(path, o, report) : o.verify ? verify(path, o, report) : describe(path, o, report);
+        } catch (const core::Error& error) {
+            core::fail(error.what());
+        }
+    }
+    report.commit();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    core::Program program("qs-info", "Say what splat models hold, verify them, or take a level out.",
+                          QS_VERSION);
+    Options o;
+    program.options
+        .add_option("MODEL", o.models, "Splat models, or the first bytes of them; - is standard input")
+        ->required();
+    program.options.add_flag("--json", o.json, "Print JSON, one object a model, keys as in qs-info(1)");
+    program.options.add_flag("--verify", o.verify,
+                             "Check every checksum and invariant; the first fault is named");
+    core::add_integer(program.options, "--cut", o.level, 0, splat::kMaxLevels,
+                      "Write the nodes of this level as points")
+        ->type_name("LEVEL")
+        ->default_str("");
+    program.options.add_option("-o,--output", o.output, "PLY file to write with --cut; - is standard output")
+        ->type_name("FILE");
+    return program.run(argc, argv, [&] { run(o); });
+}
