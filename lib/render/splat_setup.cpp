@@ -405,7 +405,7 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRe
         for (int i = 0; i < batch.count; ++i) {
             const double diameter =
                 2.0 * params.view.focal_px * batch.radius[i] / std::abs(double(batch.z[i]));
-            const glm::u8vec3 c = level_colour(static_cast<float>(diameter));
+            const glm::u8vec3 c = level_colour(static_cast<float>(std::min(diameter, 1.0e6)));
             levels[i] = uint32_t(c.r) | uint32_t(c.g) << 8 | uint32_t(c.b) << 16;
         }
         colours = levels;

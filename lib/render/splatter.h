@@ -41,7 +41,8 @@ class Splatter {
     Splatter();
     ~Splatter();
 
-    // Starts a frame.  `task_count`: how many tasks will call add(); memory of earlier frames is reused.
+    // Starts a frame of at most 65535 x 65535 pixels.  `task_count`: how many tasks may call add(), numbered
+    // from 0.  Memory of earlier frames is reused: once warm, a frame like the last one allocates nothing.
     void begin(const geom::View& view, const SplatterOptions& options, size_t task_count);
 
     // Adds a batch of one task; different tasks may be added from different threads at once, one task's

