@@ -74,11 +74,11 @@ GroupCodes take_group(const BlockView& block, uint32_t slot, int count, int pare
         const uint8_t shape = block.shape_of(slot + uint32_t(k));
         const auto i = size_t(k);
         g.children[i] = attitude & 7;
-        g.normal[i] = attitude >> 5;
+        g.normal[i] = attitude >> 5 & 1023u;
         g.place[i] = place;
         g.radius[i] = kRadius[place & 15];
         g.flatness[i] = kFlatness[shape & 3];
-        g.error[i] = kErrorOfRadius[error_code(place, shape)];
+        g.error[i] = kErrorOfRadius[error_code(attitude, shape)];
         const int cone = decode_cone(int(attitude >> 3 & 3), parent_cone);
         g.cone[i] = int16_t(cone);
         // A half-angle of 180 degrees never faces away.
@@ -116,9 +116,9 @@ HWY_INLINE V3 Set3(D d, const glm::vec3& v) { return {hn::Set(d, v.x), hn::Set(d
 // decode_normal() of node.h, a lane a node; the same operations in the same order.
 HWY_INLINE V3 DecodeNormal(D d, U code, const Frame& parent, int parent_cone) {
     const DU du;
-    const U row = hn::ShiftRight<16>(hn::Mul(code, hn::Set(du, 1457u)));  // code / 45
+    const U row = hn::ShiftRight<16>(hn::Mul(code, hn::Set(du, 2115u)));  // code / 31
     const U column = hn::Sub(code, hn::Mul(row, hn::Set(du, uint32_t(kNormalSteps))));
-    const V middle = hn::Set(d, 22.0f);
+    const V middle = hn::Set(d, 15.0f);
     const hn::RebindToSigned<D> di;
     const auto real = [&](U v) { return hn::ConvertTo(d, hn::BitCast(di, v)); };
     const V x = hn::Div(hn::Sub(real(column), middle), middle);
@@ -158,9 +158,12 @@ HWY_INLINE V3 DecodeOffset(D d, U place, V radius_level, V3 n, float parent_radi
         const V u = hn::Mul(hn::Sub(k, hn::Set(d, middle)), hn::Set(d, scale));
         return hn::Mul(u, hn::Add(hn::Set(d, linear), hn::Mul(hn::Set(d, 1.0f - linear), hn::Abs(u))));
     };
-    V a = step(field(hn::ShiftRight<4>(place), 7), 3.5f, 1.0f / 3.5f, kAcrossLinear);
-    V b = step(field(hn::ShiftRight<7>(place), 7), 3.5f, 1.0f / 3.5f, kAcrossLinear);
-    V c = step(field(hn::ShiftRight<10>(place), 31), 15.5f, 1.0f / 16.0f, 0.35f);
+    const U across = hn::And(hn::ShiftRight<4>(place), hn::Set(du, 127u));
+    const U row = hn::ShiftRight<11>(hn::Mul(across, hn::Set(du, 187u)));  // across / 11
+    const U column = hn::Sub(across, hn::Mul(row, hn::Set(du, uint32_t(kAcrossSteps))));
+    V a = step(field(column, 15), 5.0f, 1.0f / 5.0f, kAcrossLinear);
+    V b = step(field(row, 15), 5.0f, 1.0f / 5.0f, kAcrossLinear);
+    V c = step(field(hn::ShiftRight<11>(place), 31), 15.5f, 1.0f / 16.0f, 0.35f);
     const V q = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
     const V limit = hn::Mul(hn::Set(d, 1.0f + kSlack), hn::Sub(one, radius_level));
     const V s = hn::IfThenElse(hn::Gt(q, one), hn::Div(limit, hn::Sqrt(q)), limit);

@@ -2,10 +2,11 @@
 //
 //     attitude  bits 0-2   children: 0 a leaf, 1..7
 //               bits 3-4   cone: 0..2 -> index of the parent's cone + (2 - code); 3: any direction
-//               bits 5-15  normal, 45 x 45 codes over the parent's cone (over the sphere where it has none)
-//     place     bits 0-3   radius level
-//               bits 4-6, 7-9, 10-14   centre: two steps across, one along the node's own normal
+//               bits 5-14  normal, 31 x 31 codes over the parent's cone (over the sphere where it has none)
 //               bit  15    high bit of the error code
+//     place     bits 0-3   radius level
+//               bits 4-10  centre across the node's own normal: 11 x 11 steps
+//               bits 11-15 centre along it: 32 steps
 //     shape     bits 0-1   flatness
 //               bits 2-3   low bits of the error code
 //
@@ -24,8 +25,9 @@
 namespace splat {
 
 constexpr float kSlack = 0.12f;
-constexpr int kNormalSteps = 45;  // odd, so that the axis itself has a code
+constexpr int kNormalSteps = 31;  // odd, so that the axis itself has a code
 constexpr int kRadiusLevels = 16;
+constexpr int kAcrossSteps = 11, kAlongSteps = 32;
 constexpr float kAcrossLinear = 0.7f;  // slope of the lattice's steps at the middle
 
 // r of each level: closest where children of full groups lie, and 1 for the child that is as large as
@@ -64,11 +66,11 @@ inline Frame frame_about(const glm::vec3& n) {
     return {{1.0f + sign * (n.x * n.x * a), sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
 
-// The normal of an 11-bit code under a parent's frame and cone.
+// The normal of a 10-bit code under a parent's frame and cone.
 inline glm::vec3 decode_normal(uint32_t code, const Frame& parent, int parent_cone) {
     const uint32_t row = code / kNormalSteps;
-    const float x = (float(code % kNormalSteps) - 22.0f) / 22.0f;
-    const float y = (float(row < kNormalSteps ? row : kNormalSteps - 1) - 22.0f) / 22.0f;
+    const float x = (float(code % kNormalSteps) - 15.0f) / 15.0f;
+    const float y = (float(row < kNormalSteps ? row : kNormalSteps - 1) - 15.0f) / 15.0f;
     float nx, ny, nz;
     if (parent_cone < 0) {  // octahedron in model axes
         const float ax = std::fabs(x), ay = std::fabs(y);
@@ -91,7 +93,7 @@ inline glm::vec3 decode_normal(uint32_t code, const Frame& parent, int parent_co
 // Steps of the centre's lattice, in parts of the limit.  Closer about the middle: parents are coded larger
 // than they need to be, and children lie near their parent's plane.
 inline float across_step(int k) {
-    const float u = (float(k) - 3.5f) * (1.0f / 3.5f);
+    const float u = (float(k) - 5.0f) * (1.0f / 5.0f);
     return u * (kAcrossLinear + (1.0f - kAcrossLinear) * std::fabs(u));
 }
 inline float along_step(int k) {
@@ -105,8 +107,10 @@ inline float centre_limit(int level) { return (1.0f + kSlack) * (1.0f - kRadius[
 inline glm::vec3 decode_offset(uint32_t place, const Frame& frame) {
     const int level = int(place & 15u);
     const float limit = centre_limit(level);
-    float a = across_step(int(place >> 4 & 7u)), b = across_step(int(place >> 7 & 7u));
-    float c = along_step(int(place >> 10 & 31u));
+    const uint32_t across = place >> 4 & 127u;
+    const uint32_t row = across / uint32_t(kAcrossSteps);  // 11 for codes that are not used: outside, pulled back
+    float a = across_step(int(across % uint32_t(kAcrossSteps))), b = across_step(int(row));
+    float c = along_step(int(place >> 11));
     const float q = a * a + b * b + c * c;
     const float s = q > 1.0f ? limit / std::sqrt(q) : limit;
     a *= s, b *= s, c *= s;
@@ -115,7 +119,7 @@ inline glm::vec3 decode_offset(uint32_t place, const Frame& frame) {
             a * frame.t1.z + b * frame.t2.z + c * frame.n.z};
 }
 
-inline int error_code(uint32_t place, uint32_t shape) { return int((place >> 15) << 2 | (shape >> 2 & 3u)); }
+inline int error_code(uint32_t attitude, uint32_t shape) { return int((attitude >> 15) << 2 | (shape >> 2 & 3u)); }
 
 // 5:6:5 colour.
 inline uint16_t encode_colour(glm::u8vec3 c) {
@@ -145,12 +149,12 @@ inline Node decode_node(uint16_t attitude, uint16_t place, uint8_t shape, uint16
     Node node;
     node.children = attitude & 7;
     node.cone = decode_cone(attitude >> 3 & 3, parent.cone);
-    node.normal = decode_normal(uint32_t(attitude >> 5), parent_frame, parent.cone);
+    node.normal = decode_normal(attitude >> 5 & 1023u, parent_frame, parent.cone);
     const glm::vec3 offset = decode_offset(place, frame_about(node.normal));
     node.centre = parent.centre + glm::dvec3(offset.x * parent.radius, offset.y * parent.radius, offset.z * parent.radius);
     node.radius = parent.radius * kRadius[place & 15];
     node.flatness = kFlatness[shape & 3];
-    node.error = node.radius * kErrorOfRadius[error_code(place, shape)];
+    node.error = node.radius * kErrorOfRadius[error_code(attitude, shape)];
     node.colour = colour;
     return node;
 }
