@@ -84,7 +84,7 @@ Colour colour_of(Material material, float age, glm::vec3 p) {
             const float moss = smooth_step(0.05f, 0.3f, fractal_noise(p * 11.0f + 90.0f, 4));
             Colour c = glm::mix(Colour(0.50f, 0.45f, 0.38f), Colour(0.62f, 0.33f, 0.42f), patch);
             c = glm::mix(c, Colour(0.36f, 0.42f, 0.22f), 0.7f * moss);
-            return c * (0.80f + 0.45f * fractal_noise(p * 60.0f, 3) + 0.5f * fractal_noise(p * 9.0f, 4));
+            return c * (1.25f + 0.45f * fractal_noise(p * 60.0f, 3) + 0.5f * fractal_noise(p * 9.0f, 4));
         }
         case kBrain:
             return glm::mix(Colour(0.14f, 0.36f, 0.33f), Colour(0.88f, 0.76f, 0.36f), 0.5f + 0.5f * maze(p));
