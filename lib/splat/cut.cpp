@@ -163,7 +163,7 @@ HWY_INLINE V3 DecodeOffset(D d, U place, V radius_level, V3 n, float parent_radi
     const U column = hn::Sub(across, hn::Mul(row, hn::Set(du, uint32_t(kAcrossSteps))));
     V a = step(field(column, 15), 5.0f, 1.0f / 5.0f, kAcrossLinear);
     V b = step(field(row, 15), 5.0f, 1.0f / 5.0f, kAcrossLinear);
-    V c = step(field(hn::ShiftRight<11>(place), 31), 15.5f, 1.0f / 16.0f, 0.35f);
+    V c = step(field(hn::ShiftRight<11>(place), 31), 15.5f, 1.0f / 16.0f, kAlongLinear);
     const V q = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
     const V limit = hn::Mul(hn::Set(d, 1.0f + kSlack), hn::Sub(one, radius_level));
     const V s = hn::IfThenElse(hn::Gt(q, one), hn::Div(limit, hn::Sqrt(q)), limit);

@@ -11,7 +11,7 @@ namespace splat {
 namespace {
 
 constexpr float kMaxInflation = 2.5f;   // beyond it a level is inserted
-constexpr float kThinWeight = 0.8f;    // what is minimised: R (1 + 0.8 rho); 1.5 is 0.2 dB better and 2 % looser
+constexpr float kThinWeight = 0.75f;   // what is minimised: R (1 + 0.75 rho); 1.5 is 0.2 dB better and 2 % looser
 constexpr float kMinRadius = 1e-12f;    // model units; points closer together than this are one
 constexpr float kRoundUp = 1.00005f;    // over the float rounding of decode and cover
 
@@ -60,27 +60,35 @@ struct Choice {
     float cost = std::numeric_limits<float>::infinity();
 };
 
-// The step at or below `x` (in parts of the limit), so that it and the next lie about it.
-int step_below(float x, float (*step)(int), int count) {
-    int k = 0;
-    while (k < count - 2 && step(k + 1) <= x) ++k;
-    return k;
+// The step at or below `x` (in parts of the limit), so that it and the next lie about it.  `linear`: slope of
+// the steps at the middle.
+int step_below(float x, int count, float scale, float linear) {
+    const float a = std::min(std::fabs(x), 1.0f);
+    const float u = (std::sqrt(linear * linear + 4 * (1 - linear) * a) - linear) / (2 * (1 - linear));
+    const float index = std::copysign(u, x) * scale + 0.5f * float(count - 1);
+    return std::clamp(int(index + 1e-3f), 0, count - 2);
 }
 
 // Tries the eight lattice points about `ideal` on one level.
-void try_level(int level, const FramePoints& points, const glm::vec3& ideal, float parent_radius, Choice& best) {
+void try_level(int level, const FramePoints& points, const glm::vec3& ideal, float smallest, float parent_radius, Choice& best) {
     const float radius = kRadius[level] * parent_radius;
     const float limit = centre_limit(level) * parent_radius;
     const float scale = 1.0f / std::max(limit, std::numeric_limits<float>::min());
-    const int a0 = step_below(ideal.x * scale, across_step, kAcrossSteps), b0 = step_below(ideal.y * scale, across_step, kAcrossSteps);
-    const int c0 = step_below(ideal.z * scale, along_step, kAlongSteps);
+    const int a0 = step_below(ideal.x * scale, kAcrossSteps, 5, kAcrossLinear), b0 = step_below(ideal.y * scale, kAcrossSteps, 5, kAcrossLinear);
+    const int c0 = step_below(ideal.z * scale, kAlongSteps, 16, kAlongLinear);
     Centres centres;
     uint32_t place[kLanes];
+    float nearest = std::numeric_limits<float>::infinity();
     for (int k = 0; k < int(kLanes); ++k) {
         place[k] = uint32_t(level) | uint32_t(a0 + (k & 1) + kAcrossSteps * (b0 + (k >> 1 & 1))) << 4 | uint32_t(c0 + (k >> 2)) << 11;
         const glm::vec3 centre = decode_offset(place[k], {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) * parent_radius;
         centres.u[k] = centre.x, centres.v[k] = centre.y, centres.w[k] = centre.z;
+        const glm::vec3 off = centre - ideal;
+        nearest = std::min(nearest, glm::dot(off, off));
     }
+    // About the centre of the smallest sphere, points are needed as far off on all sides: a step aside costs
+    // at least its square.  (The centre is not exact: 0.95.)
+    if (radius * radius < 0.95f * (smallest * smallest + nearest) && level < kRadiusLevels - 1) return;
     const Cover8 needed = cover(points, centres);
     const float allowed = radius * radius / (kRoundUp * kRoundUp);
     for (int k = 0; k < int(kLanes); ++k) {
@@ -139,7 +147,7 @@ NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& pare
         const float radius = kRadius[level] * parent.radius;
         if (radius < smallest) continue;
         if (radius * (1.0f + kThinWeight * kFlatness[0]) >= best.cost) break;
-        try_level(level, points_, ideal, parent.radius, best);
+        try_level(level, points_, ideal, smallest, parent.radius, best);
     }
     const int level = int(best.place & 15u);
     result.attitude = uint16_t(cone << 3 | normal << 5);
@@ -198,20 +206,45 @@ class SubtreeEncoder {
     }
 
   private:
-    // The faces at each leaf as pairs (p, q) of the other two corners, in the face's sense.
+    // The faces at each leaf as pairs (p, q) of the other two corners, in the face's sense.  Corners are
+    // numbered: leaves of the subtree by their place in it, others as they come.
     void gather_incidences() {
         pair_begin_.assign(count_ + 1, 0);
-        const auto local = [&](uint32_t leaf) { return leaf - in_.begin; };  // wraps below begin: too large
-        for (const glm::u32vec3& f : in_.faces)
-            for (int k = 0; k < 3; ++k)
-                if (local(f[k]) < count_) ++pair_begin_[local(f[k]) + 1];
+        near_.clear(), near_leaf_.clear();
+        for (uint32_t i = 0; i < count_; ++i) near_.push_back(in_.model(in_.begin + i) - base_), near_leaf_.push_back(in_.begin + i);
+        std::vector<glm::u32vec3> corners(in_.faces.size());
+        for (size_t f = 0; f < corners.size(); ++f)
+            for (int k = 0; k < 3; ++k) {
+                corners[f][k] = number_of(in_.faces[f][k]);
+                if (corners[f][k] < count_) ++pair_begin_[corners[f][k] + 1];
+            }
         for (uint32_t i = 0; i < count_; ++i) pair_begin_[i + 1] += pair_begin_[i];
         pairs_.resize(pair_begin_[count_]);
-        std::vector<uint32_t>& at = cursor_;
-        at.assign(pair_begin_.begin(), pair_begin_.end() - 1);
-        for (const glm::u32vec3& f : in_.faces)
+        std::vector<uint32_t> at(pair_begin_.begin(), pair_begin_.end() - 1);
+        for (const glm::u32vec3& c : corners)
             for (int k = 0; k < 3; ++k)
-                if (local(f[k]) < count_) pairs_[at[local(f[k])]++] = {f[(k + 1) % 3], f[(k + 2) % 3]};
+                if (c[k] < count_) pairs_[at[c[k]]++] = {c[(k + 1) % 3], c[(k + 2) % 3]};
+    }
+
+    // Open addressing: strangers are few, and looked up often.
+    uint32_t number_of(uint32_t leaf) {
+        if (leaf - in_.begin < count_) return leaf - in_.begin;  // wraps where it is below begin
+        if (2 * (near_.size() - count_) >= strangers_.size()) rehash(std::max<size_t>(256, 2 * strangers_.size()));
+        size_t slot = mix(leaf) >> 32 & (strangers_.size() - 1);
+        while (strangers_[slot] != 0 && near_leaf_[strangers_[slot]] != leaf) slot = (slot + 1) & (strangers_.size() - 1);
+        if (strangers_[slot] == 0) {
+            strangers_[slot] = uint32_t(near_.size());  // never 0: number 0 is a leaf of ours
+            near_.push_back(in_.model(leaf) - base_), near_leaf_.push_back(leaf);
+        }
+        return strangers_[slot];
+    }
+    void rehash(size_t size) {
+        strangers_.assign(size, 0);
+        for (size_t n = count_; n < near_.size(); ++n) {
+            size_t slot = mix(near_leaf_[n]) >> 32 & (size - 1);
+            while (strangers_[slot] != 0) slot = (slot + 1) & (size - 1);
+            strangers_[slot] = uint32_t(n);
+        }
     }
 
     void gather_surface() {
@@ -221,7 +254,7 @@ class SubtreeEncoder {
         for (uint32_t i = 0; i < count_; ++i) {
             const uint32_t leaf = in_.begin + i;
             const uint32_t vertex = in_.points[leaf].vertex;
-            const glm::dvec3 at = in_.model(leaf) - base_;
+            const glm::dvec3 at = near_[i];
             glm::dvec3 normal = in_.cloud_radii.empty() ? add_faces(i, at) : add_disc(vertex, at);
             if (!in_.normals.empty()) {
                 const glm::dvec3 given(in_.normals[vertex]);
@@ -254,7 +287,7 @@ class SubtreeEncoder {
         glm::dvec3 sum(0);
         add_corner(at);
         for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) {
-            const glm::dvec3 p = in_.model(pairs_[k].x) - base_ - at, q = in_.model(pairs_[k].y) - base_ - at;
+            const glm::dvec3 p = near_[pairs_[k].x] - at, q = near_[pairs_[k].y] - at;
             const Share share = share_of(p, q);
             for (int c = 0; c < share.count; ++c) add_corner(at + share.corner[c]);
             const glm::dvec3 cross = glm::cross(p, q);
@@ -292,8 +325,36 @@ class SubtreeEncoder {
         bool is_between;  // the node only stands between: its one child has the same leaves
     };
 
+    // Above the groups of leaves, prisms that hold a group's corners each stand for them.
+    void gather_hulls() {
+        FramePoints turned;
+        for (uint32_t b = 0; b < count_; b += kMaxFanOut) {
+            const uint32_t e = std::min(b + uint32_t(kMaxFanOut), count_);
+            const Frame frame = frame_about(unit_or(normal_sum_[e] - normal_sum_[b], {0, 0, 1}));
+            const Extent extent = rotate(corners_, corner_begin_[b], corner_begin_[e], glm::vec3(0), frame, turned);
+            add_prism(extent, frame);
+        }
+    }
+
+    // The corners of an octagon by the extents along u, v and the diagonals, at both ends along w.
+    void add_prism(const Extent& x, const Frame& frame) {
+        const auto add = [&](float u, float v) {
+            for (const float w : {x.low[2], x.high[2]}) hulls_.push(u * frame.t1 + v * frame.t2 + w * frame.n);
+        };
+        add(x.high[0], std::min(x.high[1], x.high[3] - x.high[0])), add(x.high[0], std::max(x.low[1], x.high[0] - x.high[4]));
+        add(x.low[0], std::min(x.high[1], x.low[0] - x.low[4])), add(x.low[0], std::max(x.low[1], x.low[3] - x.low[0]));
+        add(std::min(x.high[0], x.high[3] - x.high[1]), x.high[1]), add(std::max(x.low[0], x.low[4] + x.high[1]), x.high[1]);
+        add(std::min(x.high[0], x.high[4] + x.low[1]), x.low[1]), add(std::max(x.low[0], x.low[3] - x.low[1]), x.low[1]);
+    }
+
     Content content_of(const Run& run) const {
         Content c{&corners_, corner_begin_[run.begin], corner_begin_[run.end], base_};
+        if (run.end - run.begin > uint32_t(kMaxFanOut) && !is_precise_) {
+            constexpr size_t kPrism = 16;
+            c.points = &hulls_;
+            c.begin = run.begin / kMaxFanOut * kPrism;
+            c.end = (run.end + kMaxFanOut - 1) / kMaxFanOut * kPrism;
+        }
         c.normal = normal_sum_[run.end] - normal_sum_[run.begin];
         c.face_normals = &face_normals_;
         c.face_begin = normal_begin_[run.begin], c.face_end = normal_begin_[run.end];
@@ -308,9 +369,10 @@ class SubtreeEncoder {
         const Frame frame = frame_about(parent.normal);
         tree_.groups.push_back({uint32_t(tree_.size()), uint32_t(runs.size())});
         for (Run run : runs) {
-            Content content = content_of(run);
             // Far below the subtree's size the float corners are too coarse.
-            if (parent.radius < 0.02f * subtree_radius_) content.precise = &precise_;
+            is_precise_ = parent.radius < 0.02f * subtree_radius_;
+            Content content = content_of(run);
+            if (is_precise_) content.precise = &precise_;
             const NodeEncoder::Result r = encoder_.encode(content, parent, frame);
             run.is_between = r.is_between;
             const bool is_leaf = run.end - run.begin == 1 && !r.is_between;
@@ -341,6 +403,7 @@ class SubtreeEncoder {
     void encode_nodes(const Node& parent) {
         subtree_radius_ = 0;
         for (const glm::dvec3& p : precise_) subtree_radius_ = std::max(subtree_radius_, float(glm::length(p)));
+        gather_hulls();
         const Run all{0, count_, false};
         encode_group({&all, 1}, parent);
         for (size_t node = 0; node < tree_.size(); ++node) {
@@ -432,50 +495,52 @@ class SubtreeEncoder {
     // Where the faces do not close or fold over, it is the distance to the vertex, which is surface too.
     float leaf_error(uint32_t i, const Node& node) {
         const Frame frame = frame_about(node.normal);
-        const double radius = double(node.radius);
-        const auto place = [&](uint32_t leaf) {
-            const glm::vec3 d(in_.model(leaf) - node.centre);
-            return glm::dvec3(glm::dot(frame.t1, d), glm::dot(frame.t2, d), glm::dot(frame.n, d));
+        const glm::dvec3 centre = node.centre - base_;
+        const auto place = [&](uint32_t corner) {
+            const glm::vec3 d(near_[corner] - centre);
+            return glm::vec3(glm::dot(frame.t1, d), glm::dot(frame.t2, d), glm::dot(frame.n, d));
         };
-        const double to_vertex = glm::length(place(in_.begin + i)) + radius;
-        const float fallback = float(to_vertex) * kRoundUp;
+        const float fallback = (glm::length(place(i)) + node.radius) * kRoundUp;
         if (!is_closed_[i]) return fallback;
-        double height = 0;
-        patch_.assign(1, in_.begin + i);
+        float height = 0;
+        patch_.assign(1, i);
         for (size_t at = 0; at < patch_.size(); ++at) {
-            const uint32_t leaf = patch_[at];
-            const uint32_t local = leaf - in_.begin;
-            if (local >= count_ || !is_closed_[local] || patch_.size() > 16) return fallback;
-            const glm::dvec3 v = place(leaf);
-            for (uint32_t k = pair_begin_[local]; k < pair_begin_[local + 1]; ++k) {
-                const glm::dvec3 p = place(pairs_[k].x), q = place(pairs_[k].y);
-                const glm::dvec2 a(p - v), b(q - v);
-                const double turned = a.x * b.y - a.y * b.x;
+            const uint32_t vertex = patch_[at];
+            if (vertex >= count_ || !is_closed_[vertex] || patch_.size() > 16) return fallback;
+            const glm::vec3 v = place(vertex);
+            for (uint32_t k = pair_begin_[vertex]; k < pair_begin_[vertex + 1]; ++k) {
+                const glm::vec3 p = place(pairs_[k].x), q = place(pairs_[k].y);
+                const glm::vec2 a(p - v), b(q - v);
+                const float turned = a.x * b.y - a.y * b.x;
                 if (!(turned > 0)) return fallback;
-                height = std::max(height, height_over_disc(v, p, q, turned, radius));
-                const bool crosses = segment_distance(glm::dvec2(p), glm::dvec2(q)) <= radius;
+                height = std::max(height, height_over_disc(v, p, q, turned, node.radius, height));
                 const auto has = [&](uint32_t x) { return std::find(patch_.begin(), patch_.end(), x) != patch_.end(); };
-                if (crosses && !has(pairs_[k].x) && !has(pairs_[k].y)) patch_.push_back(pairs_[k].x);
+                if (crosses_disc(glm::vec2(p), glm::vec2(q), node.radius) && !has(pairs_[k].x) && !has(pairs_[k].y))
+                    patch_.push_back(pairs_[k].x);
             }
         }
-        return float(std::min(height, to_vertex)) * kRoundUp;
+        return std::min(height * kRoundUp, fallback);
     }
 
     // How far a face goes up or down over the disc about 0: no further than its corners, nor than its plane
-    // within the radius.
-    static double height_over_disc(const glm::dvec3& v, const glm::dvec3& p, const glm::dvec3& q, double turned, double radius) {
-        const glm::dvec3 n = glm::cross(p - v, q - v);  // n.z is `turned`
-        const double middle = std::fabs(glm::dot(n, v)) / turned;
-        const double slope = std::sqrt(n.x * n.x + n.y * n.y) / turned;
-        return std::min(std::max({std::fabs(v.z), std::fabs(p.z), std::fabs(q.z)}), middle + slope * radius);
+    // within the radius.  Of interest only above `known`.
+    static float height_over_disc(const glm::vec3& v, const glm::vec3& p, const glm::vec3& q, float turned, float radius,
+                                  float known) {
+        const float corners = std::max({std::fabs(v.z), std::fabs(p.z), std::fabs(q.z)});
+        if (corners <= known) return corners;
+        const glm::vec3 n = glm::cross(p - v, q - v);  // n.z is `turned`
+        return std::min(corners, (std::fabs(glm::dot(n, v)) + std::sqrt(n.x * n.x + n.y * n.y) * radius) / turned);
     }
 
-    // Distance of the segment from 0.
-    static double segment_distance(const glm::dvec2& p, const glm::dvec2& q) {
-        const glm::dvec2 d = q - p;
-        const double square = glm::dot(d, d);
-        const double t = square > 0 ? std::clamp(-glm::dot(p, d) / square, 0.0, 1.0) : 0.0;
-        return glm::length(p + t * d);
+    // Does the segment come within the radius of 0 (nearly: rather yes than no)?
+    static bool crosses_disc(const glm::vec2& p, const glm::vec2& q, float radius) {
+        const float square = radius * radius * 1.0001f;
+        if (glm::dot(p, p) <= square || glm::dot(q, q) <= square) return true;
+        const glm::vec2 d = q - p;
+        const float along = -glm::dot(p, d), all = glm::dot(d, d);
+        if (!(along > 0 && along < all)) return false;
+        const float cross = p.x * d.y - p.y * d.x;
+        return cross * cross <= square * all;
     }
 
     // Do the faces go round leaf i and close?  If not, notes the edges without a partner.
@@ -488,8 +553,8 @@ class SubtreeEncoder {
             bool x_entered = false, y_left = false;
             for (uint32_t m = pair_begin_[i]; m < pair_begin_[i + 1]; ++m)
                 x_entered |= pairs_[m].y == pairs_[k].x, y_left |= pairs_[m].x == pairs_[k].y;
-            if (!x_entered) boundary_.emplace_back(in_.begin + i, pairs_[k].x);
-            if (!y_left) boundary_.emplace_back(in_.begin + i, pairs_[k].y);
+            if (!x_entered) boundary_.emplace_back(in_.begin + i, near_leaf_[pairs_[k].x]);
+            if (!y_left) boundary_.emplace_back(in_.begin + i, near_leaf_[pairs_[k].y]);
         }
         return false;
     }
@@ -507,12 +572,15 @@ class SubtreeEncoder {
     CodedTree tree_;
     float subtree_radius_ = 0;
     std::vector<Run> runs_;
-    std::vector<uint32_t> pair_begin_, cursor_, patch_;
+    std::vector<uint32_t> pair_begin_, patch_;
+    std::vector<glm::dvec3> near_;        // corners of the faces, relative to base_
+    std::vector<uint32_t> near_leaf_, strangers_;
     std::vector<uint8_t> is_closed_;
     std::vector<uint32_t> neighbour_begin_, neighbours_;
     std::vector<const Node*> parts_;
     std::vector<glm::u32vec2> pairs_;
-    PointArrays corners_, face_normals_;
+    PointArrays corners_, face_normals_, hulls_;
+    bool is_precise_ = false;
     std::vector<glm::dvec3> precise_;
     std::vector<size_t> corner_begin_, normal_begin_;
     std::vector<glm::dvec3> normal_sum_;

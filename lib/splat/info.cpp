@@ -17,8 +17,8 @@ unsigned long long number(uint64_t value) {
 std::vector<ChannelInfo> channels_of(const Header& h, uint64_t file_bytes) {
     const auto bytes = [&](uint64_t bits) { return (h.node_count * bits + 7) / 8; };
     std::vector<ChannelInfo> channels{{"structure_and_cone", bytes(5)},
-                                      {"normal", bytes(11)},
-                                      {"sphere", bytes(15)},
+                                      {"normal", bytes(10)},
+                                      {"sphere", bytes(16)},
                                       {"flatness_and_error", bytes(5)}};
     if (h.has_colour()) channels.push_back({"colour", bytes(16)});
     channels.push_back({"headers", kHeaderSize + h.block_count * kBlockHeaderSize});

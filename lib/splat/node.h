@@ -28,7 +28,7 @@ constexpr float kSlack = 0.12f;
 constexpr int kNormalSteps = 31;  // odd, so that the axis itself has a code
 constexpr int kRadiusLevels = 16;
 constexpr int kAcrossSteps = 11, kAlongSteps = 32;
-constexpr float kAcrossLinear = 0.7f;  // slope of the lattice's steps at the middle
+constexpr float kAcrossLinear = 0.7f, kAlongLinear = 0.35f;  // slopes of the lattice's steps at the middle
 
 // r of each level: closest where children of full groups lie, and 1 for the child that is as large as
 // its parent.
@@ -98,7 +98,7 @@ inline float across_step(int k) {
 }
 inline float along_step(int k) {
     const float u = (float(k) - 15.5f) * (1.0f / 16.0f);
-    return u * (0.35f + (1.0f - 0.35f) * std::fabs(u));
+    return u * (kAlongLinear + (1.0f - kAlongLinear) * std::fabs(u));
 }
 inline float centre_limit(int level) { return (1.0f + kSlack) * (1.0f - kRadius[level]); }
 

@@ -188,14 +188,19 @@ void check_counts(const Model& model, const VerifyCounts& found) {
     compare("levels", found.levels, h.level_count);
 }
 
+// Codes that no builder writes.
 void check_codes(const Model& model) {
     BlockView view;
+    const auto check = [&](uint64_t b, uint32_t slot, const char* what, int code, int count) {
+        if (code >= count)
+            model.fault(b, core::text("slot %u: %s code %d, the last is %d", slot, what, code, count - 1));
+    };
     for (uint64_t b = 0; b < model.blocks_present(); ++b) {
         view.open(model, b);
-        for (uint32_t slot = 0; slot < view.node_count(); ++slot)
-            if (const int code = view.attitude()[slot] >> 5; code >= kNormalSteps * kNormalSteps)
-                model.fault(b, core::text("slot %u: normal code %d, the last is %d", slot, code,
-                                          kNormalSteps * kNormalSteps - 1));
+        for (uint32_t slot = 0; slot < view.node_count(); ++slot) {
+            check(b, slot, "normal", view.attitude()[slot] >> 5 & 1023, kNormalSteps * kNormalSteps);
+            check(b, slot, "centre", view.place()[slot] >> 4 & 127, kAcrossSteps * kAcrossSteps);
+        }
     }
 }
 
