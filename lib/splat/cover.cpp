@@ -41,25 +41,58 @@ void Rotate(const float* x, const float* y, const float* z, size_t count, const 
     }
 }
 
-// A lane a centre; the points one by one.
-void Cover(const float* u, const float* v, const float* w, size_t count, const Centres& centres, Cover8* out) {
+// A lane a centre, as decode_offset() places it in the node's own frame; the points one by one.
+float CoverLattice(const float* u, const float* v, const float* w, size_t count, const LatticeCell& cell, float bound, Cover8* out) {
     const D d;
-    for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
-        const V cu = hn::LoadU(d, centres.u + lane), cv = hn::LoadU(d, centres.v + lane), cw = hn::LoadU(d, centres.w + lane);
-        V most0 = hn::Zero(d), most1 = hn::Zero(d), most2 = hn::Zero(d), most3 = hn::Zero(d);
-        const V weight0 = hn::Set(d, 1.0f / (kFlatness[0] * kFlatness[0])), weight1 = hn::Set(d, 1.0f / (kFlatness[1] * kFlatness[1])),
-                weight2 = hn::Set(d, 1.0f / (kFlatness[2] * kFlatness[2]));
-        for (size_t i = 0; i < count; ++i) {
-            const V du = hn::Sub(hn::Set(d, u[i]), cu), dv = hn::Sub(hn::Set(d, v[i]), cv), dw = hn::Sub(hn::Set(d, w[i]), cw);
-            const V across = hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)), along = hn::Mul(dw, dw);
-            most0 = hn::Max(most0, hn::Add(across, hn::Mul(along, weight0)));
-            most1 = hn::Max(most1, hn::Add(across, hn::Mul(along, weight1)));
-            most2 = hn::Max(most2, hn::Add(across, hn::Mul(along, weight2)));
-            most3 = hn::Max(most3, hn::Add(across, along));
+    alignas(32) static constexpr float kHighA[kLanes] = {0, 1, 0, 1, 0, 1, 0, 1}, kHighB[kLanes] = {0, 0, 1, 1, 0, 0, 1, 1},
+                                       kHighC[kLanes] = {0, 0, 0, 0, 1, 1, 1, 1};
+    const V limit = hn::Set(d, cell.limit), scale = hn::Set(d, cell.scale), one = hn::Set(d, 1.0f);
+    float least = std::numeric_limits<float>::infinity();
+    for (int pass = 0; pass < 2; ++pass) {
+        for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
+            const auto pick = [&](const float* high, const float* step) {
+                return hn::IfThenElse(hn::Gt(hn::Load(d, high + lane), hn::Zero(d)), hn::Set(d, step[1]), hn::Set(d, step[0]));
+            };
+            const V a = pick(kHighA, cell.a), b = pick(kHighB, cell.b), c = pick(kHighC, cell.c);
+            const V q = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
+            const V s = hn::Mul(scale, hn::IfThenElse(hn::Gt(q, one), hn::Div(limit, hn::Sqrt(q)), limit));
+            const V cu = hn::Mul(a, s), cv = hn::Mul(b, s), cw = hn::Mul(c, s);
+            if (pass == 0) {
+                const V x = hn::Sub(cu, hn::Set(d, cell.ideal.x)), y = hn::Sub(cv, hn::Set(d, cell.ideal.y)),
+                        z = hn::Sub(cw, hn::Set(d, cell.ideal.z));
+                const V square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+                least = std::min(least, hn::GetLane(hn::MinOfLanes(d, square)));
+                continue;
+            }
+            V most0 = hn::Zero(d), most1 = hn::Zero(d), most2 = hn::Zero(d), most3 = hn::Zero(d);
+            const V weight0 = hn::Set(d, 1.0f / (kFlatness[0] * kFlatness[0])), weight1 = hn::Set(d, 1.0f / (kFlatness[1] * kFlatness[1])),
+                    weight2 = hn::Set(d, 1.0f / (kFlatness[2] * kFlatness[2]));
+            for (size_t i = 0; i < count; ++i) {
+                const V du = hn::Sub(hn::Set(d, u[i]), cu), dv = hn::Sub(hn::Set(d, v[i]), cv), dw = hn::Sub(hn::Set(d, w[i]), cw);
+                const V across = hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)), along = hn::Mul(dw, dw);
+                most0 = hn::Max(most0, hn::Add(across, hn::Mul(along, weight0)));
+                most1 = hn::Max(most1, hn::Add(across, hn::Mul(along, weight1)));
+                most2 = hn::Max(most2, hn::Add(across, hn::Mul(along, weight2)));
+                most3 = hn::Max(most3, hn::Add(across, along));
+            }
+            hn::StoreU(most0, d, out->square[0] + lane), hn::StoreU(most1, d, out->square[1] + lane);
+            hn::StoreU(most2, d, out->square[2] + lane), hn::StoreU(most3, d, out->square[3] + lane);
         }
-        hn::StoreU(most0, d, out->square[0] + lane), hn::StoreU(most1, d, out->square[1] + lane);
-        hn::StoreU(most2, d, out->square[2] + lane), hn::StoreU(most3, d, out->square[3] + lane);
+        if (pass == 0 && least > bound) break;
     }
+    return least;
+}
+
+// Largest square of the distance from `c`.
+float Farthest(const float* u, const float* v, const float* w, size_t count, const glm::vec3& c) {
+    const D d;
+    V most = hn::Zero(d);
+    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const V x = hn::Sub(hn::LoadU(d, u + i), hn::Set(d, c.x)), y = hn::Sub(hn::LoadU(d, v + i), hn::Set(d, c.y)),
+                z = hn::Sub(hn::LoadU(d, w + i), hn::Set(d, c.z));
+        most = hn::Max(most, hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z)));
+    }
+    return hn::GetLane(hn::MaxOfLanes(d, most));
 }
 
 float LeastDot(const float* x, const float* y, const float* z, size_t count, const glm::vec3& n) {
@@ -72,6 +105,54 @@ float LeastDot(const float* x, const float* y, const float* z, size_t count, con
         least = hn::Min(least, dot);
     }
     return hn::GetLane(hn::MinOfLanes(d, least));
+}
+
+void ViewFan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& vertex, const glm::vec3& centre, const Frame& f, float radius,
+             FanView* out) {
+    const D d;
+    struct Turned {
+        V x, y, z;
+    };
+    const auto turn = [&](V x, V y, V z) {
+        x = hn::Sub(x, hn::Set(d, centre.x)), y = hn::Sub(y, hn::Set(d, centre.y)), z = hn::Sub(z, hn::Set(d, centre.z));
+        const auto dot = [&](const glm::vec3& a) {
+            return hn::Add(hn::Add(hn::Mul(x, hn::Set(d, a.x)), hn::Mul(y, hn::Set(d, a.y))), hn::Mul(z, hn::Set(d, a.z)));
+        };
+        return Turned{dot(f.t1), dot(f.t2), dot(f.n)};
+    };
+    const Turned v = turn(hn::Set(d, vertex.x), hn::Set(d, vertex.y), hn::Set(d, vertex.z));
+    const V zero = hn::Zero(d), r = hn::Set(d, radius), square = hn::Set(d, radius * radius * 1.0001f);
+    V height = zero;
+    *out = {false, 0, 0};
+    for (size_t i = begin; i < end; i += hn::Lanes(d)) {
+        const auto valid = hn::FirstN(d, end - i);
+        const Turned p = turn(hn::LoadU(d, &fan.p.x[i]), hn::LoadU(d, &fan.p.y[i]), hn::LoadU(d, &fan.p.z[i]));
+        const Turned q = turn(hn::LoadU(d, &fan.q.x[i]), hn::LoadU(d, &fan.q.y[i]), hn::LoadU(d, &fan.q.z[i]));
+        const V ax = hn::Sub(p.x, v.x), ay = hn::Sub(p.y, v.y), az = hn::Sub(p.z, v.z);
+        const V bx = hn::Sub(q.x, v.x), by = hn::Sub(q.y, v.y), bz = hn::Sub(q.z, v.z);
+        const V nx = hn::Sub(hn::Mul(ay, bz), hn::Mul(az, by)), ny = hn::Sub(hn::Mul(az, bx), hn::Mul(ax, bz)),
+                nz = hn::Sub(hn::Mul(ax, by), hn::Mul(ay, bx));
+        if (!hn::AllTrue(d, hn::Or(hn::Not(valid), hn::Gt(nz, zero)))) {
+            out->is_folded = true;
+            return;
+        }
+        // A face stays within its corners' heights, and within those of its plane in the radius.
+        const V corners = hn::Max(hn::Abs(v.z), hn::Max(hn::Abs(p.z), hn::Abs(q.z)));
+        const V middle = hn::Abs(hn::Add(hn::Add(hn::Mul(nx, v.x), hn::Mul(ny, v.y)), hn::Mul(nz, v.z)));
+        const V slope = hn::Sqrt(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)));
+        const V plane = hn::Div(hn::Add(middle, hn::Mul(slope, r)), nz);
+        height = hn::Max(height, hn::IfThenElseZero(valid, hn::Min(corners, plane)));
+        const V dx = hn::Sub(q.x, p.x), dy = hn::Sub(q.y, p.y);
+        const V all = hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy));
+        const V along = hn::Neg(hn::Add(hn::Mul(p.x, dx), hn::Mul(p.y, dy)));
+        const V cross = hn::Sub(hn::Mul(p.x, dy), hn::Mul(p.y, dx));
+        const auto within = [&](const Turned& t) { return hn::Le(hn::Add(hn::Mul(t.x, t.x), hn::Mul(t.y, t.y)), square); };
+        const auto between = hn::And(hn::And(hn::Gt(along, zero), hn::Lt(along, all)), hn::Le(hn::Mul(cross, cross), hn::Mul(square, all)));
+        uint8_t bits[8] = {};
+        hn::StoreMaskBits(d, hn::And(valid, hn::Or(between, hn::Or(within(p), within(q)))), bits);
+        out->crossing |= uint64_t(bits[0]) << (i - begin);
+    }
+    out->height = hn::GetLane(hn::MaxOfLanes(d, height));
 }
 
 // Corners of the cells on the unit disc: the centre, and three rings of 16, the outermost drawn round the
@@ -136,9 +217,11 @@ HWY_AFTER_NAMESPACE();
 namespace splat {
 
 HWY_EXPORT(Rotate);
-HWY_EXPORT(Cover);
+HWY_EXPORT(CoverLattice);
+HWY_EXPORT(Farthest);
 HWY_EXPORT(LeastDot);
 HWY_EXPORT(NestedError);
+HWY_EXPORT(ViewFan);
 
 Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::vec3& base, const Frame& frame,
               FramePoints& out) {
@@ -150,15 +233,23 @@ Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::ve
     return extent;
 }
 
-Cover8 cover(const FramePoints& points, const Centres& centres) {
-    Cover8 result;
-    HWY_DYNAMIC_DISPATCH(Cover)(points.u.data(), points.v.data(), points.w.data(), points.count, centres, &result);
-    return result;
+bool cover_lattice(const FramePoints& points, const LatticeCell& cell, float bound, Cover8& out) {
+    return HWY_DYNAMIC_DISPATCH(CoverLattice)(points.u.data(), points.v.data(), points.w.data(), points.count, cell, bound, &out) <= bound;
+}
+
+float farthest_square(const FramePoints& points, const glm::vec3& centre) {
+    return HWY_DYNAMIC_DISPATCH(Farthest)(points.u.data(), points.v.data(), points.w.data(), points.count, centre);
 }
 
 float least_dot(const PointArrays& vectors, size_t begin, size_t end, const glm::vec3& normal) {
     return HWY_DYNAMIC_DISPATCH(LeastDot)(vectors.x.data() + begin, vectors.y.data() + begin, vectors.z.data() + begin,
                                           end - begin, normal);
+}
+
+FanView view_fan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& v, const glm::vec3& centre, const Frame& frame, float radius) {
+    FanView result;
+    HWY_DYNAMIC_DISPATCH(ViewFan)(fan, begin, end, v, centre, frame, radius, &result);
+    return result;
 }
 
 float nested_error(float radius, std::span<const ChildShape> children) {

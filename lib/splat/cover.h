@@ -23,6 +23,7 @@ struct PointArrays {
     size_t size() const { return x.size(); }
     void clear() { x.clear(), y.clear(), z.clear(); }
     void push(const glm::vec3& p) { x.push_back(p.x), y.push_back(p.y), z.push_back(p.z); }
+    void set(size_t i, const glm::vec3& p) { x[i] = p.x, y[i] = p.y, z[i] = p.z; }
     void pad() {  // repeats the last point up to a multiple of kLanes
         while (size() % kLanes) push({x.back(), y.back(), z.back()});
     }
@@ -45,18 +46,43 @@ struct FramePoints {
 Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::vec3& base, const Frame& frame,
               FramePoints& out);
 
-// Eight centres at once.  For each kFlatness: the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2, the
-// square of the radius across that covers all points.
-struct Centres {
-    float u[kLanes], v[kLanes], w[kLanes];
+// A cell of the centre's lattice: two steps along each axis (in parts of the limit); `limit` in parts of the
+// parent's radius `scale`.  Centre k takes the higher step of a, b, c by bits 0, 1, 2 of k.
+struct LatticeCell {
+    float a[2], b[2], c[2];
+    float limit, scale;
+    glm::vec3 ideal;  // where the centre should be
 };
+
+// For each centre of the cell and each kFlatness: the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2, the
+// square of the radius across that covers all points.  False, and nothing computed, where the square of the
+// distance of all centres from the ideal one is above `bound`.
 struct Cover8 {
     float square[4][kLanes];
 };
-Cover8 cover(const FramePoints& points, const Centres& centres);
+bool cover_lattice(const FramePoints& points, const LatticeCell& cell, float bound, Cover8& out);
+
+// Largest square of a point's distance from `centre`.
+float farthest_square(const FramePoints& points, const glm::vec3& centre);
 
 // Least dot product of `normal` with the vectors [begin, end).
 float least_dot(const PointArrays& vectors, size_t begin, size_t end, const glm::vec3& normal);
+
+// The faces about a vertex, as the other two corners p and q of each: arrays of the same length, kLanes of spare
+// at the end.
+struct FanArrays {
+    PointArrays p, q;
+};
+
+// How the faces [begin, end) about a vertex at `v` lie over the disc of `radius` about `centre`, across frame.n.
+struct FanView {
+    bool is_folded;     // a face is not seen from the normal's side
+    float height;       // no face goes further up or down over the disc
+    uint64_t crossing;  // bit k: the edge p-q of face begin + k comes within the radius (nearly: rather yes)
+};
+// At most 64 faces.
+FanView view_fan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& v, const glm::vec3& centre, const Frame& frame,
+                 float radius);
 
 // A child's disc in its parent's frame, for nested_error().
 struct ChildShape {

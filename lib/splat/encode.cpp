@@ -12,6 +12,7 @@ namespace {
 
 constexpr float kMaxInflation = 2.5f;   // beyond it a level is inserted
 constexpr float kThinWeight = 0.75f;   // what is minimised: R (1 + 0.75 rho); 1.5 is 0.2 dB better and 2 % looser
+constexpr float kCoarse = 0.02f;        // of the subtree's radius: below, float corners are too coarse
 constexpr float kMinRadius = 1e-12f;    // model units; points closer together than this are one
 constexpr float kRoundUp = 1.00005f;    // over the float rounding of decode and cover
 
@@ -72,31 +73,26 @@ int step_below(float x, int count, float scale, float linear) {
 // Tries the eight lattice points about `ideal` on one level.
 void try_level(int level, const FramePoints& points, const glm::vec3& ideal, float smallest, float parent_radius, Choice& best) {
     const float radius = kRadius[level] * parent_radius;
-    const float limit = centre_limit(level) * parent_radius;
-    const float scale = 1.0f / std::max(limit, std::numeric_limits<float>::min());
-    const int a0 = step_below(ideal.x * scale, kAcrossSteps, 5, kAcrossLinear), b0 = step_below(ideal.y * scale, kAcrossSteps, 5, kAcrossLinear);
-    const int c0 = step_below(ideal.z * scale, kAlongSteps, 16, kAlongLinear);
-    Centres centres;
-    uint32_t place[kLanes];
-    float nearest = std::numeric_limits<float>::infinity();
-    for (int k = 0; k < int(kLanes); ++k) {
-        place[k] = uint32_t(level) | uint32_t(a0 + (k & 1) + kAcrossSteps * (b0 + (k >> 1 & 1))) << 4 | uint32_t(c0 + (k >> 2)) << 11;
-        const glm::vec3 centre = decode_offset(place[k], {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) * parent_radius;
-        centres.u[k] = centre.x, centres.v[k] = centre.y, centres.w[k] = centre.z;
-        const glm::vec3 off = centre - ideal;
-        nearest = std::min(nearest, glm::dot(off, off));
-    }
-    // About the centre of the smallest sphere, points are needed as far off on all sides: a step aside costs
-    // at least its square.  (The centre is not exact: 0.95.)
-    if (radius * radius < 0.95f * (smallest * smallest + nearest) && level < kRadiusLevels - 1) return;
-    const Cover8 needed = cover(points, centres);
+    const float limit = centre_limit(level);
+    const float scale = 1.0f / std::max(limit * parent_radius, std::numeric_limits<float>::min());
+    const int a = step_below(ideal.x * scale, kAcrossSteps, 5, kAcrossLinear), b = step_below(ideal.y * scale, kAcrossSteps, 5, kAcrossLinear);
+    const int c = step_below(ideal.z * scale, kAlongSteps, 16, kAlongLinear);
+    const LatticeCell cell{{across_step(a), across_step(a + 1)}, {across_step(b), across_step(b + 1)}, {along_step(c), along_step(c + 1)},
+                           limit, parent_radius, ideal};
+    // About the centre of the smallest sphere, points are as far off on all sides: a step aside costs at least
+    // its square.  (The centre is not exact: 1 / 0.95.)
+    const bool is_last = level == kRadiusLevels - 1;
+    const float bound = is_last ? std::numeric_limits<float>::infinity() : radius * radius / 0.95f - smallest * smallest;
+    Cover8 needed;
+    if (!cover_lattice(points, cell, bound, needed)) return;
     const float allowed = radius * radius / (kRoundUp * kRoundUp);
     for (int k = 0; k < int(kLanes); ++k) {
         for (uint32_t rho = 0; rho < 4; ++rho) {
             if (!(needed.square[rho][k] <= allowed)) continue;
             const float cost = radius * (1.0f + kThinWeight * kFlatness[rho]) *
                                (1.0f + 1e-3f * needed.square[rho][k] / allowed);  // among equals, the best centred
-            if (cost < best.cost) best = {place[k], rho, cost};
+            const int across = a + (k & 1) + kAcrossSteps * (b + (k >> 1 & 1));
+            if (cost < best.cost) best = {uint32_t(level | across << 4 | (c + (k >> 2)) << 11), rho, cost};
             break;
         }
     }
@@ -138,9 +134,7 @@ NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& pare
         extent = rotate(*content.points, content.begin, content.end, glm::vec3(parent.centre - content.base), frame, points_);
     }
     const glm::vec3 ideal = free_centre(extent);
-    Centres middle{};
-    for (size_t k = 0; k < kLanes; ++k) middle.u[k] = ideal.x, middle.v[k] = ideal.y, middle.w[k] = ideal.z;
-    const float smallest = std::max(std::sqrt(cover(points_, middle).square[3][0]), std::min(kMinRadius, parent.radius));
+    const float smallest = std::max(std::sqrt(farthest_square(points_, ideal)), std::min(kMinRadius, parent.radius));
 
     Choice best;
     for (int level = 0; level < kRadiusLevels; ++level) {
@@ -224,6 +218,9 @@ class SubtreeEncoder {
         for (const glm::u32vec3& c : corners)
             for (int k = 0; k < 3; ++k)
                 if (c[k] < count_) pairs_[at[c[k]]++] = {c[(k + 1) % 3], c[(k + 2) % 3]};
+        fan_.p.resize(pairs_.size() + kLanes), fan_.q.resize(pairs_.size() + kLanes);
+        for (size_t k = 0; k < pairs_.size(); ++k)
+            fan_.p.set(k, glm::vec3(near_[pairs_[k].x])), fan_.q.set(k, glm::vec3(near_[pairs_[k].y]));
     }
 
     // Open addressing: strangers are few, and looked up often.
@@ -370,7 +367,7 @@ class SubtreeEncoder {
         tree_.groups.push_back({uint32_t(tree_.size()), uint32_t(runs.size())});
         for (Run run : runs) {
             // Far below the subtree's size the float corners are too coarse.
-            is_precise_ = parent.radius < 0.02f * subtree_radius_;
+            is_precise_ = parent.radius < kCoarse * subtree_radius_;
             Content content = content_of(run);
             if (is_precise_) content.precise = &precise_;
             const NodeEncoder::Result r = encoder_.encode(content, parent, frame);
@@ -494,53 +491,29 @@ class SubtreeEncoder {
     // point of the disc there is surface, no further up or down than the faces that meet the disc go.
     // Where the faces do not close or fold over, it is the distance to the vertex, which is surface too.
     float leaf_error(uint32_t i, const Node& node) {
-        const Frame frame = frame_about(node.normal);
+        constexpr size_t kMostVertices = 16, kMostFaces = 64;
         const glm::dvec3 centre = node.centre - base_;
-        const auto place = [&](uint32_t corner) {
-            const glm::vec3 d(near_[corner] - centre);
-            return glm::vec3(glm::dot(frame.t1, d), glm::dot(frame.t2, d), glm::dot(frame.n, d));
-        };
-        const float fallback = (glm::length(place(i)) + node.radius) * kRoundUp;
-        if (!is_closed_[i]) return fallback;
+        const float fallback = float(glm::length(near_[i] - centre) + double(node.radius)) * kRoundUp;
+        const float rounding = 4e-7f * subtree_radius_;  // of the float corners
+        if (node.radius < 1e3f * rounding) return fallback;
+        const Frame frame = frame_about(node.normal);
         float height = 0;
         patch_.assign(1, i);
         for (size_t at = 0; at < patch_.size(); ++at) {
             const uint32_t vertex = patch_[at];
-            if (vertex >= count_ || !is_closed_[vertex] || patch_.size() > 16) return fallback;
-            const glm::vec3 v = place(vertex);
-            for (uint32_t k = pair_begin_[vertex]; k < pair_begin_[vertex + 1]; ++k) {
-                const glm::vec3 p = place(pairs_[k].x), q = place(pairs_[k].y);
-                const glm::vec2 a(p - v), b(q - v);
-                const float turned = a.x * b.y - a.y * b.x;
-                if (!(turned > 0)) return fallback;
-                height = std::max(height, height_over_disc(v, p, q, turned, node.radius, height));
-                const auto has = [&](uint32_t x) { return std::find(patch_.begin(), patch_.end(), x) != patch_.end(); };
-                if (crosses_disc(glm::vec2(p), glm::vec2(q), node.radius) && !has(pairs_[k].x) && !has(pairs_[k].y))
-                    patch_.push_back(pairs_[k].x);
+            if (vertex >= count_ || !is_closed_[vertex]) return fallback;
+            const uint32_t begin = pair_begin_[vertex], end = pair_begin_[vertex + 1];
+            if (patch_.size() > kMostVertices || end - begin > kMostFaces) return fallback;
+            FanView fan = view_fan(fan_, begin, end, glm::vec3(near_[vertex]), glm::vec3(centre), frame, node.radius);
+            if (fan.is_folded) return fallback;
+            height = std::max(height, fan.height);
+            const auto has = [&](uint32_t x) { return std::find(patch_.begin(), patch_.end(), x) != patch_.end(); };
+            for (; fan.crossing; fan.crossing &= fan.crossing - 1) {
+                const glm::u32vec2 edge = pairs_[begin + uint32_t(__builtin_ctzll(fan.crossing))];
+                if (!has(edge.x) && !has(edge.y)) patch_.push_back(edge.x);
             }
         }
-        return std::min(height * kRoundUp, fallback);
-    }
-
-    // How far a face goes up or down over the disc about 0: no further than its corners, nor than its plane
-    // within the radius.  Of interest only above `known`.
-    static float height_over_disc(const glm::vec3& v, const glm::vec3& p, const glm::vec3& q, float turned, float radius,
-                                  float known) {
-        const float corners = std::max({std::fabs(v.z), std::fabs(p.z), std::fabs(q.z)});
-        if (corners <= known) return corners;
-        const glm::vec3 n = glm::cross(p - v, q - v);  // n.z is `turned`
-        return std::min(corners, (std::fabs(glm::dot(n, v)) + std::sqrt(n.x * n.x + n.y * n.y) * radius) / turned);
-    }
-
-    // Does the segment come within the radius of 0 (nearly: rather yes than no)?
-    static bool crosses_disc(const glm::vec2& p, const glm::vec2& q, float radius) {
-        const float square = radius * radius * 1.0001f;
-        if (glm::dot(p, p) <= square || glm::dot(q, q) <= square) return true;
-        const glm::vec2 d = q - p;
-        const float along = -glm::dot(p, d), all = glm::dot(d, d);
-        if (!(along > 0 && along < all)) return false;
-        const float cross = p.x * d.y - p.y * d.x;
-        return cross * cross <= square * all;
+        return std::min(height * kRoundUp + rounding, fallback);
     }
 
     // Do the faces go round leaf i and close?  If not, notes the edges without a partner.
@@ -580,6 +553,7 @@ class SubtreeEncoder {
     std::vector<const Node*> parts_;
     std::vector<glm::u32vec2> pairs_;
     PointArrays corners_, face_normals_, hulls_;
+    FanArrays fan_;
     bool is_precise_ = false;
     std::vector<glm::dvec3> precise_;
     std::vector<size_t> corner_begin_, normal_begin_;
