@@ -34,6 +34,12 @@ class Stages {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+// Gives a vector's memory back (assigning {} would keep it).
+template <class T>
+void release(std::vector<T>& v) {
+    std::vector<T>().swap(v);
+}
+
 // The faces that touch each subtree, as leaf numbers, in the order of the input.
 struct FaceBuckets {
     std::vector<glm::u32vec3> faces;
@@ -64,6 +70,7 @@ class Builder {
         encode_subtrees();
         set_upper_errors();
         judge_boundary();
+        release(buckets_.faces);
         stages_.done("encode");
         write_model(model_, report_.header, out);
         stages_.done("write");
@@ -80,12 +87,12 @@ class Builder {
             report_.left_out.emplace_back("colour: the input has none");
         } else if (!options_.keep_colour) {
             report_.left_out.emplace_back("colour: not wanted");
-            mesh_.colours = {};
+            release(mesh_.colours);
         } else if (std::all_of(mesh_.colours.begin(), mesh_.colours.end(), [&](auto c) { return c == mesh_.colours[0]; })) {
             report_.left_out.emplace_back("colour: one for all, in the header");
             h.flags |= kConstantColour;
             h.colour = {mesh_.colours[0].r, mesh_.colours[0].g, mesh_.colours[0].b, 0};
-            mesh_.colours = {};
+            release(mesh_.colours);
         } else {
             h.flags |= kHasColour;
         }
@@ -103,7 +110,7 @@ class Builder {
             if (used[v]) points_.push_back({mesh_.positions[v], uint32_t(v)});
         if (points_.size() < n) report_.vertices_dropped["unreferenced"] = n - points_.size();
         if (points_.empty()) throw core::Error("no face is left, and the vertices belong to none");
-        if (mesh_.normals.empty() && mesh_.colours.empty()) mesh_.positions = {};
+        if (mesh_.normals.empty() && mesh_.colours.empty()) release(mesh_.positions);
         root_ = sort_into_tree(points_);
         leaf_of_.resize(n);
         core::parallel_pieces(points_.size(), kFacePiece, [&](size_t begin, size_t end) {
@@ -169,7 +176,7 @@ class Builder {
             }, [&](uint32_t s, const glm::u32vec3&) { ++at[p][s]; });
         });
         report_.zero_area_faces = std::accumulate(flat.begin(), flat.end(), uint64_t(0));
-        leaf_of_ = {};
+        release(leaf_of_);
         buckets_.begin.assign(subtrees + 1, 0);
         std::vector<std::vector<size_t>> to(pieces, std::vector<size_t>(subtrees));
         size_t sum = 0;
@@ -182,7 +189,7 @@ class Builder {
         core::parallel_for(pieces, [&](size_t p) {
             for_faces(p, piece, [](glm::u32vec3&) {}, [&](uint32_t s, const glm::u32vec3& face) { buckets_.faces[to[p][s]++] = face; });
         });
-        mesh_.triangles = {};
+        release(mesh_.triangles);
     }
 
     // Calls prepare(face), then emit(subtree, face) once for each subtree that the face touches.

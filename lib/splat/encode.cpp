@@ -195,7 +195,11 @@ class SubtreeEncoder {
         gather_surface();
         encode_nodes(parent);
         set_errors();
-        tree_.decoded.resize(1);
+        // What stays until the file is written is kept small.
+        tree_.decoded = std::vector<Node>{tree_.decoded[0]};
+        for (auto* codes : {&tree_.attitude, &tree_.place, &tree_.colour}) codes->shrink_to_fit();
+        tree_.shape.shrink_to_fit(), tree_.child_group.shrink_to_fit(), tree_.groups.shrink_to_fit();
+        if (in_.colours.empty()) std::vector<uint16_t>().swap(tree_.colour);
         return std::move(tree_);
     }
 

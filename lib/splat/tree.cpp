@@ -41,8 +41,7 @@ struct Before {
 
 // Out of place and without branches: a middle cut is a coin toss for the branch predictor.
 // Keeps the order on both sides; returns how many went left (position[axis] < middle).
-size_t partition(std::span<TreePoint> points, int axis, float middle, std::vector<TreePoint>& spare) {
-    spare.resize(points.size());
+size_t partition(std::span<TreePoint> points, int axis, float middle, std::span<TreePoint> spare) {
     size_t left = 0, right = 0;
     TreePoint* const kept = points.data();
     TreePoint* const moved = spare.data();
@@ -75,7 +74,7 @@ void sort_groups(std::span<TreePoint> points, uint32_t quantum) {
     sort_groups(points.subspan(cut), quantum);
 }
 
-void sort_upper(UpperCut& node, std::span<TreePoint> all) {
+void sort_upper(UpperCut& node, std::span<TreePoint> all, std::span<TreePoint> spare) {
     const auto points = all.subspan(node.begin, node.size());
     const Box box = box_of(points);
     node.low = box.low, node.high = box.high;
@@ -85,8 +84,7 @@ void sort_upper(UpperCut& node, std::span<TreePoint> all) {
     }
     const int axis = longest_axis(box);
     const float middle = box.low[axis] * 0.5f + box.high[axis] * 0.5f;
-    thread_local std::vector<TreePoint> spare;
-    size_t left = partition(points, axis, middle, spare);
+    size_t left = partition(points, axis, middle, spare.subspan(node.begin, node.size()));
     if (left == 0 || left == points.size()) {  // no float lies between: halve by count
         left = points.size() / 2;
         std::nth_element(points.begin(), points.begin() + ptrdiff_t(left), points.end(), Before{axis});
@@ -97,9 +95,9 @@ void sort_upper(UpperCut& node, std::span<TreePoint> all) {
     node.left->end = node.right->begin = node.begin + uint32_t(left);
     node.right->end = node.end;
     if (node.size() > 16 * kSubtreeLeaves)
-        tbb::parallel_invoke([&] { sort_upper(*node.left, all); }, [&] { sort_upper(*node.right, all); });
+        tbb::parallel_invoke([&] { sort_upper(*node.left, all, spare); }, [&] { sort_upper(*node.right, all, spare); });
     else
-        sort_upper(*node.left, all), sort_upper(*node.right, all);
+        sort_upper(*node.left, all, spare), sort_upper(*node.right, all, spare);
 }
 
 }  // namespace
@@ -107,7 +105,8 @@ void sort_upper(UpperCut& node, std::span<TreePoint> all) {
 std::unique_ptr<UpperCut> sort_into_tree(std::span<TreePoint> points) {
     auto root = std::make_unique<UpperCut>();
     root->end = uint32_t(points.size());
-    sort_upper(*root, points);
+    const auto spare = std::make_unique_for_overwrite<TreePoint[]>(points.size());
+    sort_upper(*root, points, {spare.get(), points.size()});
     return root;
 }
 
