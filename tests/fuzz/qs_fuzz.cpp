@@ -1,0 +1,107 @@
+// Any bytes as a model: it can be described, verified and cut for views, or Error.  Nothing else.
+//
+// Each input is tried as it is, and with its checksums set right, so that what lies behind them is reached.
+#include <sys/mman.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <vector>
+
+#include "core/error.h"
+#include "splat/cut.h"
+#include "splat/info.h"
+#include "splat/verify.h"
+
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+void require(bool holds, const char* what) {
+    if (holds) return;
+    std::fprintf(stderr, "broken: %s\n", what);
+    std::abort();
+}
+
+// A file that exists in memory only.
+core::InputFile memory_file(const Bytes& bytes) {
+    const int fd = ::memfd_create("model", 0);
+    require(fd >= 0 && (bytes.empty() || ::write(fd, bytes.data(), bytes.size()) == ssize_t(bytes.size())),
+            "a file in memory");
+    core::InputFile file("/proc/self/fd/" + std::to_string(fd));
+    ::close(fd);
+    return file;
+}
+
+void repair_checksums(Bytes& bytes) {
+    if (bytes.size() < splat::kHeaderSize) return;
+    const uint64_t sum = XXH3_64bits(bytes.data(), splat::kHeaderSize - 8);
+    std::memcpy(bytes.data() + splat::kHeaderSize - 8, &sum, 8);
+    uint32_t size;
+    std::memcpy(&size, bytes.data() + 16, 4);
+    if (size < splat::kMinBlockSize || size > splat::kMaxBlockSize) return;
+    for (uint64_t b = 0; splat::kHeaderSize + (b + 1) * size <= bytes.size(); ++b) {
+        const std::span<std::byte> block = std::span(bytes).subspan(splat::kHeaderSize + b * size, size);
+        const uint32_t block_sum = splat::block_checksum(block, b);
+        std::memcpy(block.data(), &block_sum, 4);
+    }
+}
+
+void check_splats(const geom::SplatBatch& batch) {
+    require(batch.count >= 0 && batch.count <= geom::SplatBatch::kCapacity, "a batch holds what it can");
+    for (int i = 0; i < batch.count; ++i) {
+        require(std::isfinite(batch.x[i]) && std::isfinite(batch.y[i]) && std::isfinite(batch.z[i]),
+                "centres are finite");
+        require(std::isfinite(batch.radius[i]) && batch.radius[i] >= 0, "radii are finite");
+        require(batch.flatness[i] > 0 && batch.flatness[i] <= 1, "flatness is in (0, 1]");
+    }
+}
+
+void cut_for_views(const splat::Model& model) {
+    const splat::Header& h = model.header();
+    for (const double distance : {3.0, 0.5}) {
+        geom::Camera camera;
+        camera.eye = h.origin + h.scale * distance * glm::dvec3(0.48, 0.6, 0.64);
+        camera.target = h.origin;
+        splat::Cut cut(model);
+        splat::CutOptions options;
+        options.threshold_px = distance > 1 ? 0 : 1;
+        const size_t tasks = cut.begin(geom::make_view(camera, 320, 240), options);
+        for (size_t t = 0; t < tasks; ++t) cut.run(t, check_splats);
+        require(cut.counts().splats <= h.node_count, "no more splats than nodes");
+    }
+}
+
+template <class Use>
+void attempt(const Use& use) {
+    try {
+        use();
+    } catch (const core::Error&) {
+        // rejecting is fine
+    }
+}
+
+void use_model(const Bytes& bytes) {
+    attempt([&] { splat::verify(memory_file(bytes)); });
+    attempt([&] {
+        const splat::Model model(memory_file(bytes));
+        const splat::Info info = splat::read_info(model);
+        splat::to_json(info).dump();
+        splat::to_text(info);
+    });
+    attempt([&] { cut_for_views(splat::Model(memory_file(bytes))); });
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    Bytes bytes(size);
+    if (size > 0) std::memcpy(bytes.data(), data, size);
+    use_model(bytes);
+    repair_checksums(bytes);
+    use_model(bytes);
+    return 0;
+}
