@@ -1,0 +1,2 @@
+# A full disk behind standard output.
+qs-build "$QS_DATA/mesh-ascii.ply" -o - > /dev/full

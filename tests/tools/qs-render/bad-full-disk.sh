@@ -1,0 +1,10 @@
+# A disk that is too small for the frames: one line, and nothing of the frame that did not fit.
+qs-build "$QS_DATA/mesh-ascii.ply" -o model.qs
+qs-path orbit model.qs --frames 3 -o path.jsonl
+mkdir disk
+unshare --mount bash -c '
+    mount -t tmpfs -o size=256k tmpfs disk || exit 77
+    qs-render model.qs --path path.jsonl --resolution 256,256 -o disk/frame-%04d.ppm 2> message
+    echo "exit $?"
+    cat message
+    ls -A disk' 2> reason || { echo "cannot mount a small disk here"; exit 77; }
