@@ -21,24 +21,23 @@ core::Json to_json(const std::string& name, const splat::VerifyCounts& counts) {
             {"nodes", counts.nodes}, {"leaves", counts.leaves}, {"level_count", counts.levels}};
 }
 
-void verify(const std::string& path, const Options& o, core::Report& report) {
+std::string verify(const std::string& path, const Options& o, core::Report& report) {
     core::InputFile file(path);
     const std::string name = file.name();
-    const splat::VerifyCounts counts = splat::verify(std::move(file));
-    const core::Json json = to_json(name, counts);
+    const splat::VerifyCounts c = splat::verify(std::move(file));
+    const core::Json json = to_json(name, c);
     report.write(json);
-    const auto number = [](uint64_t n) { return std::to_string(n); };
-    core::print(o.json ? json.dump() + "\n"
-                       : name + ": whole: " + number(counts.blocks) + " blocks, " + number(counts.nodes) +
-                             " nodes, " + number(counts.leaves) + " leaves, " + number(counts.levels) +
-                             " levels\n");
+    if (o.json) return json.dump() + "\n";
+    const auto number = [](uint64_t n) { return static_cast<unsigned long long>(n); };
+    return name + core::text(": whole: %llu blocks, %llu nodes, %llu leaves, %u levels\n", number(c.blocks),
+                             number(c.nodes), number(c.leaves), c.levels);
 }
 
-void describe(const std::string& path, const Options& o, core::Report& report) {
+std::string describe(const std::string& path, const Options& o, core::Report& report) {
     const splat::Info info = splat::read_info(splat::Model(path));
     const core::Json json = splat::to_json(info);
     report.write(json);
-    core::print(o.json ? json.dump() + "\n" : splat::to_text(info));
+    return o.json ? json.dump() + "\n" : splat::to_text(info);
 }
 
 void cut(const std::string& path, const Options& o, core::Report& report) {
@@ -52,6 +51,21 @@ void cut(const std::string& path, const Options& o, core::Report& report) {
     report.write({{"file", model.name()}, {"level", o.level}, {"points", points}});
 }
 
+// A model that fails is reported and left out.
+void inspect_all(const Options& o, core::Report& report) {
+    bool has_printed = false;
+    for (const std::string& path : o.models) {
+        try {
+            const std::string text = o.verify ? verify(path, o, report) : describe(path, o, report);
+            const bool are_apart = has_printed && !o.json && !o.verify;
+            core::print(are_apart ? "\n" + text : text);
+            has_printed = true;
+        } catch (const core::Error& error) {
+            core::fail(error.what());
+        }
+    }
+}
+
 void run(const Options& o) {
     const bool wants_cut = o.level >= 0;
     if (wants_cut && (o.verify || o.json))
@@ -60,16 +74,10 @@ void run(const Options& o) {
     if (wants_cut && o.models.size() > 1) throw core::UsageError("--cut: takes one model, not several");
     if (!wants_cut && !o.output.empty()) throw core::UsageError("--output: needs --cut");
     core::Report report;
-    bool is_first = true;
-    for (const std::string& path : o.models) {
-        if (!is_first && !o.json && !o.verify) core::print("\n");
-        is_first = false;
-        try {
-            wants_cut ? cut(path, o, report) : o.verify ? verify(path, o, report) : describe(path, o, report);
-        } catch (const core::Error& error) {
-            core::fail(error.what());
-        }
-    }
+    if (wants_cut)
+        cut(o.models.front(), o, report);
+    else
+        inspect_all(o, report);
     report.commit();
 }
 

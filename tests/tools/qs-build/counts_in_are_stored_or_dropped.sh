@@ -1,0 +1,2 @@
+printf 'ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\nelement face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n5 5 5\nnan 0 0\n1 1 0\n3 0 1 2\n3 0 1 4\n3 1 1 2\n' > mesh.ply
+qs-build --skip-bad mesh.ply -o mesh.qs --report - | grep -o '"\(vertices_in\|triangles_in\|vertices_dropped\|triangles_dropped\|leaves\)":\({[^}]*}\|[^,]*\)'

@@ -1,0 +1,1 @@
+qs-info --cut 1.5 a.qs

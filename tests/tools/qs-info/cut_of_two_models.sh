@@ -1,0 +1,1 @@
+qs-info --cut 1 a.qs b.qs

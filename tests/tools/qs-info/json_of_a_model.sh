@@ -1,0 +1,2 @@
+cp "$QS_DATA/tiny.qs" .
+qs-info --json tiny.qs

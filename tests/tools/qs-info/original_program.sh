@@ -1,0 +1,2 @@
+printf 'QSplat11 and whatever comes then' > old.qs
+qs-info old.qs

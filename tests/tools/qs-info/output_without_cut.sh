@@ -1,0 +1,1 @@
+qs-info a.qs -o b.ply

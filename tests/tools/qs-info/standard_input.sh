@@ -1,0 +1,1 @@
+qs-info - < "$QS_DATA/tiny.qs" | head -n 2
