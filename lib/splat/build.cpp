@@ -453,9 +453,11 @@ class Builder {
 }  // namespace
 
 uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, bool has_colour, bool has_normals) {
-    // Positions, tree points and their spare, leaf numbers, coded nodes; faces twice (input and buckets).
-    const uint64_t per_vertex = 12 + 16 + 8 + 4 + 16 + (has_colour ? 3 : 0) + (has_normals ? 12 : 0);
-    return (uint64_t(32) << 20) + vertices * per_vertex + triangles * 26;
+    // Meshes: tree points and leaf numbers, faces twice (input and buckets).  Clouds: positions, tree points and their
+    // spare, the tree of neighbours.  Measured beside it: scripts/bench, "build memory".
+    const uint64_t attributes = (has_colour ? 3 : 0) + (has_normals ? 24 : 0) + (has_colour || has_normals ? 12 : 0);
+    const uint64_t per_vertex = attributes + (triangles > 0 ? 24 : 120);
+    return (uint64_t(48) << 20) + vertices * per_vertex + triangles * 26;
 }
 
 BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out, const std::string& name) {

@@ -182,21 +182,24 @@ HWY_INLINE V DistanceToChild(D d, V px, V py, const ChildShape& c) {
     return hn::Sqrt(hn::Add(hn::Mul(beyond, beyond), square));
 }
 
-float NestedError(float radius, const ChildShape* children, size_t count) {
+// Largest distance of the disc's points from the nearest of `count` convex parts, each with its own error:
+// cell by cell the part whose distance, at the cell's corners, is least.  distance(part, x, y) is from (x, y, 0).
+template <class Distance, class Error>
+HWY_INLINE float CellBound(float radius, size_t count, const Distance& distance, const Error& error_of) {
     static const Rings rings;
     const D d;
     float corner[kRings][kRing], bound[kRings][kSectors];
     for (auto& ring : bound) std::fill(ring, ring + kSectors, std::numeric_limits<float>::infinity());
     const int lanes = int(hn::Lanes(d));
     const V scale = hn::Set(d, radius);
-    for (size_t c = 0; c < count; ++c) {
+    for (size_t part = 0; part < count; ++part) {
         for (int r = 0; r < kRings; ++r)
             for (int k = 0; k < kRing; k += lanes)
-                hn::StoreU(DistanceToChild(d, hn::Mul(scale, hn::LoadU(d, rings.x[r] + k)), hn::Mul(scale, hn::LoadU(d, rings.y[r] + k)), children[c]), d,
-                           corner[r] + k);
-        const V error = hn::Set(d, children[c].error);
+                hn::StoreU(distance(part, hn::Mul(scale, hn::LoadU(d, rings.x[r] + k)), hn::Mul(scale, hn::LoadU(d, rings.y[r] + k))), d, corner[r] + k);
+        const V error = hn::Set(d, error_of(part));
+        const V middle = distance(part, hn::Zero(d), hn::Zero(d));
         for (int k = 0; k < kSectors; k += lanes) {
-            V inner = DistanceToChild(d, hn::Zero(d), hn::Zero(d), children[c]);
+            V inner = middle;
             for (int r = 0; r < kRings; ++r) {
                 const V outer = hn::Max(hn::LoadU(d, corner[r] + k), hn::LoadU(d, corner[r] + k + 1));
                 hn::StoreU(hn::Min(hn::LoadU(d, bound[r] + k), hn::Add(error, hn::Max(inner, outer))), d, bound[r] + k);
@@ -207,6 +210,55 @@ float NestedError(float radius, const ChildShape* children, size_t count) {
     float worst = 0;
     for (const auto& ring : bound) worst = std::max(worst, *std::max_element(ring, ring + kSectors));
     return worst;
+}
+
+float NestedError(float radius, const ChildShape* children, size_t count) {
+    const D d;
+    return CellBound(
+        radius, count, [&](size_t c, V x, V y) { return DistanceToChild(d, x, y, children[c]); },
+        [&](size_t c) { return children[c].error; });
+}
+
+// Distance from (px, py, 0) to the triangle a, b, c: to its plane where the foot is inside, else to the edges.
+HWY_INLINE V DistanceToTriangle(D d, V px, V py, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    const auto edge = [&](const glm::vec3& from, const glm::vec3& to) {
+        const glm::vec3 e = to - from;
+        const float square = glm::dot(e, e);
+        const V x = hn::Sub(px, hn::Set(d, from.x)), y = hn::Sub(py, hn::Set(d, from.y)), z = hn::Set(d, -from.z);
+        const V dot = hn::Add(hn::Add(hn::Mul(x, hn::Set(d, e.x)), hn::Mul(y, hn::Set(d, e.y))), hn::Mul(z, hn::Set(d, e.z)));
+        const V t = hn::Min(one, hn::Max(zero, hn::Mul(dot, hn::Set(d, square > 0 ? 1.0f / square : 0.0f))));
+        const V u = hn::Sub(x, hn::Mul(t, hn::Set(d, e.x))), v = hn::Sub(y, hn::Mul(t, hn::Set(d, e.y))),
+                w = hn::Sub(z, hn::Mul(t, hn::Set(d, e.z)));
+        return hn::Add(hn::Add(hn::Mul(u, u), hn::Mul(v, v)), hn::Mul(w, w));
+    };
+    const V edges = hn::Min(edge(a, b), hn::Min(edge(b, c), edge(c, a)));
+    const glm::vec3 n = glm::cross(b - a, c - a);
+    const float area = glm::dot(n, n);
+    if (!(area > 0)) return hn::Sqrt(edges);
+    const auto side = [&](const glm::vec3& from, const glm::vec3& to) {  // of the edge, in the plane
+        const glm::vec3 m = glm::cross(n, to - from);
+        const V x = hn::Sub(px, hn::Set(d, from.x)), y = hn::Sub(py, hn::Set(d, from.y));
+        return hn::Ge(hn::Add(hn::Add(hn::Mul(x, hn::Set(d, m.x)), hn::Mul(y, hn::Set(d, m.y))), hn::Set(d, -from.z * m.z)), zero);
+    };
+    const auto inside = hn::And(side(a, b), hn::And(side(b, c), side(c, a)));
+    const V x = hn::Sub(px, hn::Set(d, a.x)), y = hn::Sub(py, hn::Set(d, a.y));
+    const V plane = hn::Add(hn::Add(hn::Mul(x, hn::Set(d, n.x)), hn::Mul(y, hn::Set(d, n.y))), hn::Set(d, -a.z * n.z));
+    return hn::Sqrt(hn::IfThenElse(inside, hn::Mul(hn::Mul(plane, plane), hn::Set(d, 1.0f / area)), edges));
+}
+
+float FanError(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& vertex, const glm::vec3& centre, const Frame& f, float radius) {
+    const D d;
+    const auto turn = [&](const glm::vec3& p) {
+        const glm::vec3 x = p - centre;
+        return glm::vec3(glm::dot(f.t1, x), glm::dot(f.t2, x), glm::dot(f.n, x)) / radius;  // of order 1: squares stay in range
+    };
+    const glm::vec3 v = turn(vertex);
+    glm::vec3 p[64], q[64];
+    const size_t count = std::min<size_t>(end - begin, 64);
+    for (size_t k = 0; k < count; ++k) p[k] = turn(fan.p.get(begin + k)), q[k] = turn(fan.q.get(begin + k));
+    return radius * CellBound(
+        1.0f, count, [&](size_t k, V x, V y) { return DistanceToTriangle(d, x, y, v, p[k], q[k]); }, [](size_t) { return 0.0f; });
 }
 
 }  // namespace HWY_NAMESPACE
@@ -222,6 +274,7 @@ HWY_EXPORT(Farthest);
 HWY_EXPORT(LeastDot);
 HWY_EXPORT(NestedError);
 HWY_EXPORT(ViewFan);
+HWY_EXPORT(FanError);
 
 Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::vec3& base, const Frame& frame,
               FramePoints& out) {
@@ -250,6 +303,10 @@ FanView view_fan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3
     FanView result;
     HWY_DYNAMIC_DISPATCH(ViewFan)(fan, begin, end, v, centre, frame, radius, &result);
     return result;
+}
+
+float fan_error(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& v, const glm::vec3& centre, const Frame& frame, float radius) {
+    return HWY_DYNAMIC_DISPATCH(FanError)(fan, begin, end, v, centre, frame, radius);
 }
 
 float nested_error(float radius, std::span<const ChildShape> children) {

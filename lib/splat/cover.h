@@ -24,6 +24,7 @@ struct PointArrays {
     void clear() { x.clear(), y.clear(), z.clear(); }
     void push(const glm::vec3& p) { x.push_back(p.x), y.push_back(p.y), z.push_back(p.z); }
     void set(size_t i, const glm::vec3& p) { x[i] = p.x, y[i] = p.y, z[i] = p.z; }
+    glm::vec3 get(size_t i) const { return {x[i], y[i], z[i]}; }
     void pad() {  // repeats the last point up to a multiple of kLanes
         while (size() % kLanes) push({x.back(), y.back(), z.back()});
     }
@@ -83,6 +84,11 @@ struct FanView {
 // At most 64 faces.
 FanView view_fan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& v, const glm::vec3& centre, const Frame& frame,
                  float radius);
+
+// Bound on the distance from any point of the disc to the faces [begin, end) about `v` (of more than 64, the first
+// 64), found as nested_error() does.  Infinity without faces.
+float fan_error(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& v, const glm::vec3& centre, const Frame& frame,
+                float radius);
 
 // A child's disc in its parent's frame, for nested_error().
 struct ChildShape {

@@ -493,23 +493,27 @@ class SubtreeEncoder {
     // their rim crosses the disc.  If all of them are seen from the normal's side, their projection covers
     // the whole disc (its degree over the disc is constant, and positive at the vertex), so that over each
     // point of the disc there is surface, no further up or down than the faces that meet the disc go.
-    // Where the faces do not close or fold over, it is the distance to the vertex, which is surface too.
+    // Where the faces do not close or fold over, it is the distance to the faces at the vertex.
     float leaf_error(uint32_t i, const Node& node) {
         constexpr size_t kMostVertices = 16, kMostFaces = 64;
         const glm::dvec3 centre = node.centre - base_;
-        const float fallback = float(glm::length(near_[i] - centre) + double(node.radius)) * kRoundUp;
+        const float to_vertex = float(glm::length(near_[i] - centre) + double(node.radius)) * kRoundUp;
         const float rounding = 4e-7f * subtree_radius_;  // of the float corners
-        if (node.radius < 1e3f * rounding) return fallback;
+        if (node.radius < 1e3f * rounding) return to_vertex;
         const Frame frame = frame_about(node.normal);
+        const auto by_own_faces = [&] {
+            const float error = fan_error(fan_, pair_begin_[i], pair_begin_[i + 1], glm::vec3(near_[i]), glm::vec3(centre), frame, node.radius);
+            return std::min(error * kRoundUp + rounding, to_vertex);
+        };
         float height = 0;
         patch_.assign(1, i);
         for (size_t at = 0; at < patch_.size(); ++at) {
             const uint32_t vertex = patch_[at];
-            if (vertex >= count_ || !is_closed_[vertex]) return fallback;
+            if (vertex >= count_ || !is_closed_[vertex]) return by_own_faces();
             const uint32_t begin = pair_begin_[vertex], end = pair_begin_[vertex + 1];
-            if (patch_.size() > kMostVertices || end - begin > kMostFaces) return fallback;
+            if (patch_.size() > kMostVertices || end - begin > kMostFaces) return by_own_faces();
             FanView fan = view_fan(fan_, begin, end, glm::vec3(near_[vertex]), glm::vec3(centre), frame, node.radius);
-            if (fan.is_folded) return fallback;
+            if (fan.is_folded) return by_own_faces();
             height = std::max(height, fan.height);
             const auto has = [&](uint32_t x) { return std::find(patch_.begin(), patch_.end(), x) != patch_.end(); };
             for (; fan.crossing; fan.crossing &= fan.crossing - 1) {
@@ -517,7 +521,7 @@ class SubtreeEncoder {
                 if (!has(edge.x) && !has(edge.y)) patch_.push_back(edge.x);
             }
         }
-        return std::min(height * kRoundUp + rounding, fallback);
+        return std::min(height * kRoundUp + rounding, to_vertex);
     }
 
     // Do the faces go round leaf i and close?  If not, notes the edges without a partner.
