@@ -131,6 +131,51 @@ mesh::Mesh with_duplicates() {
     return m;
 }
 
+mesh::Mesh soup(int triangles) {
+    mesh::Mesh m;
+    Random random(5);
+    for (int i = 0; i < triangles; ++i) {
+        const glm::dvec3 at = random.direction() * random.unit();
+        for (int k = 0; k < 3; ++k) m.positions.emplace_back(at + 0.3 * random.unit() * random.direction());
+        m.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    return m;
+}
+
+mesh::Mesh moebius_strip(int along) {
+    mesh::Mesh m;
+    constexpr int kAcross = 5;
+    for (int i = 0; i < along; ++i)
+        for (int j = 0; j < kAcross; ++j) {
+            const double u = 2 * kPi * i / along, w = 0.4 * (j / (kAcross - 1.0) - 0.5);
+            const double r = 1 + w * std::cos(u / 2);
+            m.positions.emplace_back(r * std::cos(u), r * std::sin(u), w * std::sin(u / 2));
+        }
+    add_grid(m, along, kAcross, false);
+    const auto last = uint32_t((along - 1) * kAcross);
+    for (uint32_t j = 0; j + 1 < kAcross; ++j) {  // the last row meets the first, turned over
+        m.triangles.emplace_back(last + j, kAcross - 1 - j, kAcross - 2 - j);
+        m.triangles.emplace_back(last + j, kAcross - 2 - j, last + j + 1);
+    }
+    return m;
+}
+
+mesh::Mesh mixed_scales() {
+    mesh::Mesh m = terrain(40);
+    const mesh::Mesh ball = icosphere(3);
+    for (const glm::vec3& at : {glm::vec3(0.5f, 0.5f, 0.2f), glm::vec3(3, 3, 3)}) {
+        const auto first = uint32_t(m.positions.size());
+        for (const glm::vec3& p : ball.positions) m.positions.push_back(at + 1e-4f * p);
+        for (const glm::u32vec3& t : ball.triangles) m.triangles.push_back(t + first);
+    }
+    return m;
+}
+
+mesh::Mesh scaled(mesh::Mesh mesh, double by) {
+    for (glm::vec3& p : mesh.positions) p = glm::vec3(by * glm::dvec3(p));
+    return mesh;
+}
+
 mesh::Mesh cloud(int points) {
     mesh::Mesh m;
     Random random(11);
@@ -154,6 +199,11 @@ std::vector<NamedMesh> generated_meshes() {
     meshes.push_back({"needle fan", needle_fan(1000)});
     meshes.push_back({"duplicates", with_duplicates()});
     meshes.push_back({"far torus", shifted(bumpy_torus(30, 60), {4e5, 5e6, 100})});
+    meshes.push_back({"soup", soup(300)});
+    meshes.push_back({"moebius strip", moebius_strip(80)});
+    meshes.push_back({"mixed scales", mixed_scales()});
+    meshes.push_back({"small torus", scaled(bumpy_torus(30, 60), 1e-25)});
+    meshes.push_back({"large torus", scaled(bumpy_torus(30, 60), 1e25)});
     return meshes;
 }
 

@@ -28,10 +28,14 @@ mesh::Mesh tetrahedron();
 mesh::Mesh two_triangles();
 mesh::Mesh icosphere(int subdivisions);
 mesh::Mesh bumpy_torus(int around, int along, bool has_colours = false);
-mesh::Mesh terrain(int side);        // open, rough
-mesh::Mesh needle_fan(int needles);  // open, slivers of aspect 1e4 about one vertex
-mesh::Mesh with_duplicates();        // every face twice, vertices twice, faces without area
+mesh::Mesh terrain(int side);         // open, rough
+mesh::Mesh needle_fan(int needles);   // open, slivers of aspect 1e4 about one vertex
+mesh::Mesh with_duplicates();         // every face twice, vertices twice, faces without area
+mesh::Mesh soup(int triangles);       // random ones, through each other
+mesh::Mesh moebius_strip(int along);  // no sense of its faces fits all
+mesh::Mesh mixed_scales();            // a small ball on wide terrain, and far from it
 mesh::Mesh cloud(int points);
+mesh::Mesh scaled(mesh::Mesh mesh, double by);
 mesh::Mesh shifted(mesh::Mesh mesh, const glm::dvec3& by);
 
 struct NamedMesh {
