@@ -23,7 +23,7 @@ Codes random_codes(Random& random) {
     return {uint16_t(bits), uint16_t(bits >> 16), uint8_t(bits >> 32 & 15)};
 }
 
-glm::dvec3 cross_axis(const glm::dvec3& n) {
+glm::dvec3 unit(const glm::dvec3& n) {
     return n / glm::length(n);
 }
 
@@ -33,14 +33,14 @@ glm::dvec3 expected_normal(uint32_t code, const glm::dvec3 axes[3], int parent_c
     const double x = (double(column) - 15) / 15, y = (double(row) - 15) / 15;
     if (parent_cone < 0) {
         const double z = 1 - std::fabs(x) - std::fabs(y);
-        if (z >= 0) return cross_axis({x, y, z});
-        return cross_axis({std::copysign(1 - std::fabs(y), x), std::copysign(1 - std::fabs(x), y), z});
+        if (z >= 0) return unit({x, y, z});
+        return unit({std::copysign(1 - std::fabs(y), x), std::copysign(1 - std::fabs(x), y), z});
     }
     // Stereographic: a point of the plane at tan(a / 2) is at angle a from the axis.
     const double px = x * double(splat::kConeTan[parent_cone]), py = y * double(splat::kConeTan[parent_cone]);
     const double angle = 2 * std::atan(std::hypot(px, py)), turn = std::atan2(py, px);
     const glm::dvec3 across = std::cos(turn) * axes[0] + std::sin(turn) * axes[1];
-    return cross_axis(std::sin(angle) * across + std::cos(angle) * axes[2]);
+    return unit(std::sin(angle) * across + std::cos(angle) * axes[2]);
 }
 
 // Right-handed axes with n last.  The sense of n.z = -0 is a matter of single precision: `sign` is that of
