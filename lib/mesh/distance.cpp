@@ -1,7 +1,5 @@
 #include "mesh/distance.h"
 
-#include <tbb/parallel_invoke.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -120,7 +118,7 @@ void SurfaceDistance::build(std::vector<Item>& items, const std::vector<glm::vec
         build_left();
         build_right();
     } else {
-        tbb::parallel_invoke(build_left, build_right);
+        core::parallel_for(2, [&](size_t side) { side == 0 ? build_left() : build_right(); });
     }
     nodes_[node] = {glm::min(nodes_[left].low, nodes_[right].low),
                     glm::max(nodes_[left].high, nodes_[right].high), uint32_t(right), 0};

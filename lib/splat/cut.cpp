@@ -266,19 +266,16 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
             const V flip = hn::IfThenElse(hn::Gt(along, zero), hn::Neg(one), one);
             shown = {hn::Mul(n.x, flip), hn::Mul(n.y, flip), hn::Mul(n.z, flip)};
         }
-        hn::CompressStore(Dot(Set3(d, view.right), at), drawn, d, batch.x + to);
-        hn::CompressStore(Dot(Set3(d, view.down), at), drawn, d, batch.y + to);
-        hn::CompressStore(z, drawn, d, batch.z + to);
-        hn::CompressStore(radius, drawn, d, batch.radius + to);
-        hn::CompressStore(Dot(Set3(d, view.right), shown), drawn, d, batch.nx + to);
-        hn::CompressStore(Dot(Set3(d, view.down), shown), drawn, d, batch.ny + to);
-        hn::CompressStore(Dot(forward, shown), drawn, d, batch.nz + to);
-        hn::CompressStore(flat, drawn, d, batch.flatness + to);
+        // Compressed in the register, then stored whole: compressing stores are slow on some processors.
+        const auto put = [&](V value, float* channel) { hn::StoreU(hn::Compress(value, drawn), d, channel + to); };
+        put(Dot(Set3(d, view.right), at), batch.x), put(Dot(Set3(d, view.down), at), batch.y), put(z, batch.z);
+        put(Dot(Set3(d, view.right), shown), batch.nx), put(Dot(Set3(d, view.down), shown), batch.ny), put(Dot(forward, shown), batch.nz);
+        put(radius, batch.radius), put(flat, batch.flatness);
         if (view.has_colour)
-            hn::CompressStore(hn::Load(du, &g.colour[i]), hn::RebindMask(du, drawn), du, batch.colour + to);
+            hn::StoreU(hn::Compress(hn::Load(du, &g.colour[i]), hn::RebindMask(du, drawn)), du, batch.colour + to);
+        else
+            hn::StoreU(hn::Set(du, view.colour), du, batch.colour + to);
         const int count = int(hn::CountTrue(d, drawn));
-        if (!view.has_colour)
-            for (int k = 0; k < count; ++k) batch.colour[to + k] = view.colour;
         batch.count += count;
         result.drawn += uint32_t(count);
     }
@@ -304,7 +301,7 @@ struct Walker {
     std::vector<Opening> level, next;
     geom::SplatBatch batch;
 
-    const BlockView& open_block(const Model& model, uint64_t number) {
+    BlockView& open_block(const Model& model, uint64_t number) {
         BlockView& view = blocks[number % kCachedBlocks];
         if (!view.is_open() || view.number() != number) view.open(model, number);
         return view;
@@ -366,7 +363,7 @@ struct Cut::State {
     // Opens one node: its group is cut, drawn nodes go to the batch, the others to push(lane, opening, offset).
     template <class Push>
     void open(const Opening& node, Walker& walker, geom::SplatBatch& batch, CutCounts& c, const Push& push) {
-        const BlockView& block = walker.open_block(model, node.block);
+        BlockView& block = walker.open_block(model, node.block);
         if (touched[node.block].exchange(frame, std::memory_order_relaxed) != frame) ++c.blocks_touched;
         if (node.slot + node.children > block.node_count()) model.fault(node.block, "a sibling group goes beyond its nodes");
         const GroupCodes codes = take_group(block, node.slot, node.children, node.cone, view.cull_backfaces);

@@ -71,11 +71,17 @@ void BlockView::open(const Model& model, uint64_t number) {
     place_ = reinterpret_cast<const uint16_t*>(bytes + layout.place);
     shape_ = reinterpret_cast<const uint8_t*>(bytes + layout.shape);
     colour_ = model.header().has_colour() ? reinterpret_cast<const uint16_t*>(bytes + layout.colour) : nullptr;
-    child_at_.resize(layout.capacity);
-    uint32_t block = 0, slot = head.child_slot;
+    child_slot_ = head.child_slot;
+    capacity_ = layout.capacity;
+    child_at_.clear();
+}
+
+void BlockView::count_children() {
+    child_at_.resize(node_count_);
+    uint32_t block = 0, slot = child_slot_;
     for (uint32_t i = 0; i < node_count_; ++i) {
         const uint32_t n = attitude_[i] & 7u;
-        const bool next = slot + n > layout.capacity;
+        const bool next = slot + n > capacity_;
         block += next;
         slot = next ? 0 : slot;
         child_at_[i] = block << 16 | slot;

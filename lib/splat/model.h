@@ -63,10 +63,10 @@ class Model {
     mutable std::atomic<uint64_t> blocks_used_{0};
 };
 
-// The nodes of one block and where their children are: the running count, done once for a block.
+// The nodes of one block and where their children are: a running count, done when it is first asked for
+// (most blocks hold leaves only).
 class BlockView {
   public:
-    // Decodes the pointers of a checked block.
     void open(const Model& model, uint64_t number);
     uint64_t number() const { return number_; }
     bool is_open() const { return is_open_; }
@@ -79,14 +79,17 @@ class BlockView {
 
     uint8_t shape_of(uint32_t slot) const { return uint8_t(shape_[slot / 2] >> (slot & 1 ? 4 : 0) & 15); }
     int children_of(uint32_t slot) const { return attitude_[slot] & 7; }
-    GroupAt group_of(uint32_t slot) const {  // of a node with children
+    GroupAt group_of(uint32_t slot) {  // of a node with children
+        if (child_at_.empty()) count_children();
         return {child_block_ + (child_at_[slot] >> 16), child_at_[slot] & 0xffffu};
     }
 
   private:
+    void count_children();
+
     bool is_open_ = false;
     uint64_t number_ = 0, child_block_ = 0;
-    uint32_t node_count_ = 0;
+    uint32_t node_count_ = 0, child_slot_ = 0, capacity_ = 0;
     const uint16_t *attitude_ = nullptr, *place_ = nullptr, *colour_ = nullptr;
     const uint8_t* shape_ = nullptr;
     std::vector<uint32_t> child_at_;  // block - child_block_ in the high half, slot in the low

@@ -1,7 +1,5 @@
 #include "splat/tree.h"
 
-#include <tbb/parallel_invoke.h>
-
 #include <algorithm>
 
 #include "core/parallel.h"
@@ -95,7 +93,7 @@ void sort_upper(UpperCut& node, std::span<TreePoint> all, std::span<TreePoint> s
     node.left->end = node.right->begin = node.begin + uint32_t(left);
     node.right->end = node.end;
     if (node.size() > 16 * kSubtreeLeaves)
-        tbb::parallel_invoke([&] { sort_upper(*node.left, all, spare); }, [&] { sort_upper(*node.right, all, spare); });
+        core::parallel_for(2, [&](size_t side) { sort_upper(side == 0 ? *node.left : *node.right, all, spare); });
     else
         sort_upper(*node.left, all, spare), sort_upper(*node.right, all, spare);
 }
