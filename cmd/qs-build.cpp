@@ -43,8 +43,8 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
     json["bytes_per_vertex"] = double(r.file_bytes) / vertices;
     core::Json channels;
     channels["structure_and_cone"] = double(h.node_count) * 5 / 8 / vertices;
-    channels["normal"] = double(h.node_count) * 11 / 8 / vertices;
-    channels["sphere"] = double(h.node_count) * 15 / 8 / vertices;
+    channels["normal"] = double(h.node_count) * 10 / 8 / vertices;
+    channels["sphere"] = double(h.node_count) * 16 / 8 / vertices;
     channels["flatness_and_error"] = double(h.node_count) * 5 / 8 / vertices;
     if (h.has_colour()) channels["colour"] = double(h.node_count) * 2 / vertices;
     json["channel_bytes_per_vertex"] = channels;
@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
         if (core::same_file(input, output)) throw core::UsageError(output + ": is input and output at once");
         build_options.block_size = uint32_t(block_size);
         build_options.keep_colour = !no_colour;
-        core::Report report;
+        core::Report report({input, output});
         core::OutputFile out(output);
         const auto start = std::chrono::steady_clock::now();
         mesh::ReadResult read = mesh::read_mesh(input, read_options);

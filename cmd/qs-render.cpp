@@ -271,7 +271,7 @@ class Watch {
 
 void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat::Model& model,
                  const std::vector<geom::Camera>& path) {
-    core::Report report;
+    core::Report report({a.source, a.path, a.output, a.depth, a.reference});
     render::FrameWriter writer(a.output, format_of(a), frames_per_s(a, path));
     const std::unique_ptr<scene::Reference> reference = reference_of(a, model);
     scene::ModelPainter painter(model);

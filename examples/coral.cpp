@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
         core::OutputFile file(output);
         file.write(to_ply(mesh));
         file.commit();
-        core::Report report;
+        core::Report report({output});
         report.write({{"vertices", mesh.positions.size()}, {"triangles", mesh.triangles.size()}});
         report.commit();
     });

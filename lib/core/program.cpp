@@ -490,7 +490,10 @@ struct Report::State {
     OutputFile file;
 };
 
-Report::Report() {
+Report::Report(const std::vector<std::string>& others) {
+    for (const std::string& other : others)
+        if (other == settings.report ? other != "-" && !other.empty() : same_file(other, settings.report))
+            throw UsageError("--report: " + other + " is what the job reads or writes");
     if (!settings.report.empty()) state_ = std::make_unique<State>(settings.report);
 }
 

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace core {
 
@@ -93,7 +94,9 @@ class Progress {
 // and write() does nothing.  commit() as OutputFile; "-" is standard output.
 class Report {
   public:
-    Report();  // opens the file named by --report
+    // Opens the file named by --report.  Throws UsageError where that is one of `others`: the job's own inputs and
+    // outputs.
+    explicit Report(const std::vector<std::string>& others);
     ~Report();
     bool is_wanted() const;
     void write(const Json& line);

@@ -143,7 +143,10 @@ class Builder {
         radius = (radius + 1.5 * radius_margin_) * 1.0001;
         // One point, or all equal: a sphere that is small against where it is.
         const glm::dvec3 origin = mesh_.origin + middle;
-        if (!(radius > 0)) radius = std::max(1e-6 * glm::length(origin), 1e-30);
+        if (!(radius > 0)) {
+            radius = std::max(1e-6 * glm::length(origin), 1e-30);
+            for (float& r : cloud_radii_) r = float(0.5 * radius);
+        }
         report_.header.origin = origin;
         report_.header.scale = radius;
         model_offset_ = -middle;

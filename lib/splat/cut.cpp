@@ -33,6 +33,7 @@ struct CutView {
     glm::vec3 right{0}, down{0}, forward{0};
     glm::vec3 plane[4];        // unit normals of the sides, inwards
     float plane_offset[4];     // distance of the pivot from them
+    float corner_cosine = 1;   // of the angle between the line of sight and a corner of the picture
     float limit_error = 0;     // threshold on e f / z
     float limit_diameter = 0;  // threshold on 2 R f / z
     bool by_error = true, cull_backfaces = true, two_sided = false, has_colour = false;
@@ -224,13 +225,15 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
 
         const V flat = hn::Load(d, &g.flatness[i]);
         const V facing = Dot(n, forward);
-        // Nearest depth of the ellipsoid.
+        // Nearest depth of what can be seen of the ellipsoid: where it reaches to the eye's plane beside the view,
+        // the picture's corners are still this far ahead.
         const V reach = hn::Mul(radius, hn::Sqrt(hn::Max(zero, hn::Sub(one, hn::Mul(hn::Sub(one, hn::Mul(flat, flat)), hn::Mul(facing, facing))))));
-        const V nearest = hn::Sub(z, reach);
+        const V length = hn::Sqrt(square);
+        const V nearest = hn::Max(hn::Sub(z, reach), hn::Mul(hn::Sub(length, radius), hn::Set(d, view.corner_cosine)));
         const V focal = hn::Set(d, view.focal);
         // What is drawn is the plane through the centre conjugate to the line of sight: the disc, seen from the
         // front, and up to the half thickness off it where it is seen on edge.
-        const V most = hn::Div(hn::Max(zero, hn::Sub(hn::Abs(along), radius)), hn::Add(hn::Sqrt(square), radius));
+        const V most = hn::Div(hn::Max(zero, hn::Sub(hn::Abs(along), radius)), hn::Add(length, radius));
         const V cos2 = hn::Mul(most, most), lean = hn::Mul(hn::Mul(flat, flat), hn::Sub(one, cos2));
         const V off_disc = hn::Mul(flat, hn::Sqrt(hn::Div(lean, hn::Add(cos2, lean))));
         const V error = hn::Mul(hn::Mul(radius, hn::Add(hn::Load(d, &g.error[i]), off_disc)), focal);
@@ -326,6 +329,7 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
         v.plane[k] = glm::vec3(n);
         v.plane_offset[k] = float(depth * glm::dot(n, view.forward));
     }
+    v.corner_cosine = float(1 / std::sqrt(1 + half_w * half_w + half_h * half_h));
     v.by_error = options.by == CutBy::error;
     v.limit_error = float(options.threshold_px);
     v.limit_diameter = float(v.by_error ? options.threshold_px * double(kDiameterOfError) : options.threshold_px);
@@ -400,7 +404,8 @@ struct Cut::State {
         batch.nz[i] = glm::dot(view.forward, node.normal);
         batch.flatness[i] = codes.flatness[k];
         batch.colour[i] = view.has_colour ? codes.colour[k] : view.colour;
-        const float nearest = batch.z[i] - node.radius;
+        const glm::vec3 p(batch.x[i], batch.y[i], batch.z[i]);
+        const float nearest = std::max(p.z - node.radius, (glm::length(p) - node.radius) * view.corner_cosine);
         const double error = double(codes.error[k] + codes.flatness[k]) * double(node.radius) * double(view.focal);
         c.error_bound_px = std::max(c.error_bound_px, nearest > 0 ? error / double(nearest) : std::numeric_limits<double>::infinity());
         ++c.splats;

@@ -250,7 +250,7 @@ class SubtreeEncoder {
 
     void gather_surface() {
         corner_begin_.assign(1, 0), normal_begin_.assign(1, 0);
-        normal_sum_.assign(1, glm::dvec3(0));
+        normals_.clear();
         colour_sum_.assign(1, glm::u64vec3(0));
         for (uint32_t i = 0; i < count_; ++i) {
             const uint32_t leaf = in_.begin + i;
@@ -270,7 +270,7 @@ class SubtreeEncoder {
             pad_corners();
             corner_begin_.push_back(corners_.size());
             normal_begin_.push_back(face_normals_.size());
-            normal_sum_.push_back(normal_sum_.back() + normal);
+            normals_.push_back(normal);
             colour_sum_.push_back(colour_sum_.back() + glm::u64vec3(in_.colours.empty() ? glm::u8vec3(0) : in_.colours[vertex]));
         }
     }
@@ -326,12 +326,20 @@ class SubtreeEncoder {
         bool is_between;  // the node only stands between: its one child has the same leaves
     };
 
+    // Area-weighted, of leaves [begin, end).  Not by differences of running sums: beside faces of a landscape
+    // those of a pebble are lost in their rounding.
+    glm::dvec3 normal_of(uint32_t begin, uint32_t end) const {
+        glm::dvec3 sum(0);
+        for (uint32_t i = begin; i < end; ++i) sum += normals_[i];
+        return sum;
+    }
+
     // Above the groups of leaves, prisms that hold a group's corners each stand for them.
     void gather_hulls() {
         FramePoints turned;
         for (uint32_t b = 0; b < count_; b += kMaxFanOut) {
             const uint32_t e = std::min(b + uint32_t(kMaxFanOut), count_);
-            const Frame frame = frame_about(unit_or(normal_sum_[e] - normal_sum_[b], {0, 0, 1}));
+            const Frame frame = frame_about(unit_or(normal_of(b, e), {0, 0, 1}));
             const Extent extent = rotate(corners_, corner_begin_[b], corner_begin_[e], glm::vec3(0), frame, turned);
             add_prism(extent, frame);
         }
@@ -356,7 +364,7 @@ class SubtreeEncoder {
             c.begin = run.begin / kMaxFanOut * kPrism;
             c.end = (run.end + kMaxFanOut - 1) / kMaxFanOut * kPrism;
         }
-        c.normal = normal_sum_[run.end] - normal_sum_[run.begin];
+        c.normal = normal_of(run.begin, run.end);
         c.face_normals = &face_normals_;
         c.face_begin = normal_begin_[run.begin], c.face_end = normal_begin_[run.end];
         const glm::u64vec3 sum = colour_sum_[run.end] - colour_sum_[run.begin];
@@ -565,7 +573,7 @@ class SubtreeEncoder {
     bool is_precise_ = false;
     std::vector<glm::dvec3> precise_;
     std::vector<size_t> corner_begin_, normal_begin_;
-    std::vector<glm::dvec3> normal_sum_;
+    std::vector<glm::dvec3> normals_;  // by leaf
     std::vector<glm::u64vec3> colour_sum_;
 };
 

@@ -2,7 +2,7 @@
 //
 //     file  = header (256 bytes), then blocks of one size
 //     block = header (16 bytes), then one array a channel, for `capacity` nodes:
-//             u16 attitude[], u16 place[], u4 shape[], and u16 colour[] where there is colour
+//             u16 attitude[], u16 place[], u16 colour[] where there is colour, u4 shape[]
 //
 // Nodes stand in breadth-first order, whole sibling groups to a block.  Where a group's children
 // are is not stored: each block says where the first child group of its nodes is, and the rest

@@ -45,7 +45,7 @@ inline constexpr float kConeCos[kConeCount] = {0.17364818f, 0.64278761f, 0.84804
                                                0.97591676f, 0.99026807f, 0.99619470f, 0.99844076f};
 // tan(half / 2): the cap is flattened by stereographic projection.
 inline constexpr float kConeTan[kConeCount] = {0.83909963f, 0.46630766f, 0.28674539f, 0.17632698f,
-                                               0.11040000f, 0.06992681f, 0.04366094f, 0.02793254f};
+                                               0.11040103f, 0.06992681f, 0.04366094f, 0.02793253f};
 
 // Index of a node's cone from its 2-bit code and its parent's index (-1 counts as 0 for the steps).
 inline int decode_cone(int code, int parent_cone) {

@@ -272,7 +272,7 @@ TEST_F(Program, ProgressIsRedrawnAtMostTenTimesASecond) {
 
 TEST_F(Program, ReportIsJsonLinesWithNullForWhatIsNotFinite) {
     const auto job = [](Sample&) {
-        core::Report report;
+        core::Report report({});
         report.write({{"z_first", 0.1}, {"psnr_db", NAN}, {"nodes", uint64_t{1} << 63}});
         report.write({{"error", -kNone}, {"name", "\xff.ply"}});
         core::print(report.is_wanted() ? "wanted" : "not wanted");
@@ -288,7 +288,7 @@ TEST_F(Program, ReportIsJsonLinesWithNullForWhatIsNotFinite) {
 
 TEST_F(Program, AReportWithoutCommitLeavesNothing) {
     const auto job = [](Sample&) {
-        core::Report report;
+        core::Report report({});
         report.write({{"frame", 0}});
         throw core::Error("the job failed");
     };
