@@ -1,6 +1,7 @@
 #include "scene/draw.h"
 
 #include <chrono>
+#include <limits>
 
 #include "core/parallel.h"
 
@@ -44,6 +45,9 @@ DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options
         for (size_t i = begin; i < end; ++i) frame.depth[i] = float(double(frame.depth[i]) * scale);
     });
     report.counts = cut_.counts();
+    // The bound is that of the ellipsoids.  A square or a disc that faces the screen reaches beyond its own.
+    if (options.kind == render::SplatKind::square || options.kind == render::SplatKind::circle)
+        report.counts.error_bound_px = std::numeric_limits<double>::infinity();
     return report;
 }
 

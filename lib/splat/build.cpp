@@ -297,8 +297,9 @@ class Builder {
         hull_begin_.assign(1, 0);
         for (const Summary& s : summary_) {
             for (const glm::vec3& p : s.hull) hull_.push(p);
-            hull_begin_.push_back(hull_.size());  // boxes have 8 corners: a multiple of kLanes
+            hull_begin_.push_back(hull_.size());
         }
+        hull_.spare();
         root_node_.normal = glm::vec3(0, 0, 1);
         glm::dvec3 normal(0);
         glm::u64vec3 colour(0);

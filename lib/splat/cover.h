@@ -15,9 +15,9 @@
 
 namespace splat {
 
-constexpr size_t kLanes = 8;  // lengths of all point ranges are multiples of this
+constexpr size_t kLanes = 8;
 
-// Points, structure of arrays.
+// Points, structure of arrays.  Whole vectors are loaded: after filling, spare() makes room behind the last.
 struct PointArrays {
     std::vector<float> x, y, z;
     size_t size() const { return x.size(); }
@@ -25,9 +25,7 @@ struct PointArrays {
     void push(const glm::vec3& p) { x.push_back(p.x), y.push_back(p.y), z.push_back(p.z); }
     void set(size_t i, const glm::vec3& p) { x[i] = p.x, y[i] = p.y, z[i] = p.z; }
     glm::vec3 get(size_t i) const { return {x[i], y[i], z[i]}; }
-    void pad() {  // repeats the last point up to a multiple of kLanes
-        while (size() % kLanes) push({x.back(), y.back(), z.back()});
-    }
+    void spare() { resize(size() + kLanes); }
     void resize(size_t n) { x.resize(n), y.resize(n), z.resize(n); }
 };
 
@@ -52,6 +50,7 @@ Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::ve
 struct LatticeCell {
     float a[2], b[2], c[2];
     float limit, scale;
+    float allowed;    // squares above it are of no interest: they may come out too small, but still above
     glm::vec3 ideal;  // where the centre should be
 };
 

@@ -11,7 +11,8 @@ namespace splat {
 namespace {
 
 constexpr float kMaxInflation = 2.5f;   // beyond it a level is inserted
-constexpr float kThinWeight = 0.75f;   // what is minimised: R (1 + 0.75 rho); 1.5 is 0.2 dB better and 2 % looser
+constexpr float kThinWeight = 0.7f;    // what is minimised: R (1 + 0.7 rho); 1.5 is 0.2 dB better and 2 % looser
+constexpr float kTightest = 1.04f;     // no lattice point is that near the ideal centre, nearly
 constexpr float kCoarse = 0.02f;        // of the subtree's radius: below, float corners are too coarse
 constexpr float kMinRadius = 1e-12f;    // model units; points closer together than this are one
 constexpr float kRoundUp = 1.00005f;    // over the float rounding of decode and cover
@@ -74,18 +75,18 @@ int step_below(float x, int count, float scale, float linear) {
 void try_level(int level, const FramePoints& points, const glm::vec3& ideal, float smallest, float parent_radius, Choice& best) {
     const float radius = kRadius[level] * parent_radius;
     const float limit = centre_limit(level);
+    const float allowed = radius * radius / (kRoundUp * kRoundUp);
     const float scale = 1.0f / std::max(limit * parent_radius, std::numeric_limits<float>::min());
     const int a = step_below(ideal.x * scale, kAcrossSteps, 5, kAcrossLinear), b = step_below(ideal.y * scale, kAcrossSteps, 5, kAcrossLinear);
     const int c = step_below(ideal.z * scale, kAlongSteps, 16, kAlongLinear);
     const LatticeCell cell{{across_step(a), across_step(a + 1)}, {across_step(b), across_step(b + 1)}, {along_step(c), along_step(c + 1)},
-                           limit, parent_radius, ideal};
+                           limit, parent_radius, allowed, ideal};
     // About the centre of the smallest sphere, points are as far off on all sides: a step aside costs at least
     // its square.  (The centre is not exact: 1 / 0.95.)
     const bool is_last = level == kRadiusLevels - 1;
     const float bound = is_last ? std::numeric_limits<float>::infinity() : radius * radius / 0.95f - smallest * smallest;
     Cover8 needed;
     if (!cover_lattice(points, cell, bound, needed)) return;
-    const float allowed = radius * radius / (kRoundUp * kRoundUp);
     for (int k = 0; k < int(kLanes); ++k) {
         for (uint32_t rho = 0; rho < 4; ++rho) {
             if (!(needed.square[rho][k] <= allowed)) continue;
@@ -129,7 +130,8 @@ NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& pare
         exact_.clear();
         for (size_t i = content.begin; i < content.end; ++i)
             exact_.push(glm::vec3(content.base + (*content.precise)[i] - parent.centre));
-        extent = rotate(exact_, 0, exact_.size(), glm::vec3(0), frame, points_);
+        exact_.spare();
+        extent = rotate(exact_, 0, content.end - content.begin, glm::vec3(0), frame, points_);
     } else {
         extent = rotate(*content.points, content.begin, content.end, glm::vec3(parent.centre - content.base), frame, points_);
     }
@@ -139,7 +141,7 @@ NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& pare
     Choice best;
     for (int level = 0; level < kRadiusLevels; ++level) {
         const float radius = kRadius[level] * parent.radius;
-        if (radius < smallest) continue;
+        if (radius < kTightest * smallest && level < kRadiusLevels - 1) continue;
         if (radius * (1.0f + kThinWeight * kFlatness[0]) >= best.cost) break;
         try_level(level, points_, ideal, smallest, parent.radius, best);
     }
@@ -266,23 +268,18 @@ class SubtreeEncoder {
                 }
             }
             if (face_normals_.size() == normal_begin_.back()) face_normals_.push(unit_or(normal, {0, 0, 1}));
-            face_normals_.pad();
-            pad_corners();
             corner_begin_.push_back(corners_.size());
             normal_begin_.push_back(face_normals_.size());
             normals_.push_back(normal);
             colour_sum_.push_back(colour_sum_.back() + glm::u64vec3(in_.colours.empty() ? glm::u8vec3(0) : in_.colours[vertex]));
         }
+        corners_.spare(), face_normals_.spare();
     }
 
     void add_corner(const glm::dvec3& p) {
         corners_.push(glm::vec3(p));
         precise_.push_back(p);
     }
-    void pad_corners() {
-        while (corners_.size() % kLanes) add_corner(precise_.back());
-    }
-
     // Share corners and face normals of leaf i; returns the area-weighted normal.
     glm::dvec3 add_faces(uint32_t i, const glm::dvec3& at) {
         glm::dvec3 sum(0);
@@ -343,6 +340,7 @@ class SubtreeEncoder {
             const Extent extent = rotate(corners_, corner_begin_[b], corner_begin_[e], glm::vec3(0), frame, turned);
             add_prism(extent, frame);
         }
+        hulls_.spare();
     }
 
     // The corners of an octagon by the extents along u, v and the diagonals, at both ends along w.

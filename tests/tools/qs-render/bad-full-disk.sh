@@ -6,5 +6,6 @@ unshare --mount bash -c '
     mount -t tmpfs -o size=256k tmpfs disk || exit 77
     qs-render model.qs --path path.jsonl --resolution 256,256 -o disk/frame-%04d.ppm 2> message
     echo "exit $?"
-    cat message
-    ls -A disk' 2> reason || { echo "cannot mount a small disk here"; exit 77; }
+    sed "s/frame-000[0-2]/frame-N/" message
+    # Frames are written side by side, so it is one of them that fits.
+    ls -A disk | sed "s/^frame-000[0-2].ppm$/one frame/" | sort -u' 2> reason || { echo "cannot mount a small disk here"; exit 77; }
