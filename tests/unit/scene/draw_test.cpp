@@ -1,0 +1,104 @@
+// ModelPainter: what a frame costs and that it is the same for any number of threads.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/parallel.h"
+#include "scene/draw.h"
+#include "test_meshes.h"
+#include "views.h"
+
+using namespace splat_test;
+using namespace scene_test;
+
+namespace {
+
+struct Drawn {
+    render::Frame frame;
+    scene::DrawReport report;
+};
+
+Drawn draw(const splat::Model& model, const geom::View& view, const scene::DrawOptions& options) {
+    Drawn drawn;
+    drawn.report = scene::ModelPainter(model).draw(view, options, drawn.frame);
+    return drawn;
+}
+
+}  // namespace
+
+TEST(ModelPainter, DrawsTheSameFrameWithAnyNumberOfThreads) {
+    const mesh::Mesh mesh = bumpy_torus(60, 160, true);
+    const splat::Model model = build_model(mesh);
+    std::vector<geom::View> views = random_views(model, mesh, 6);
+    views.push_back(fitted_view(model, 640, 480));
+    for (const geom::View& view : views)
+        for (const render::SplatKind kind : {render::SplatKind::square, render::SplatKind::circle,
+                                             render::SplatKind::ellipse, render::SplatKind::smooth}) {
+            scene::DrawOptions options;
+            options.kind = kind;
+            core::set_thread_count(1);
+            const Drawn one = draw(model, view, options);
+            for (const int threads : {2, 16}) {
+                core::set_thread_count(threads);
+                const Drawn many = draw(model, view, options);
+                EXPECT_EQ(one.frame.rgb, many.frame.rgb);
+                EXPECT_EQ(one.frame.depth, many.frame.depth);
+                EXPECT_EQ(one.report.counts.splats, many.report.counts.splats);
+                EXPECT_EQ(one.report.counts.nodes_visited, many.report.counts.nodes_visited);
+                EXPECT_EQ(one.report.counts.blocks_touched, many.report.counts.blocks_touched);
+                EXPECT_EQ(one.report.counts.error_bound_px, many.report.counts.error_bound_px);
+            }
+        }
+    core::set_thread_count(0);
+}
+
+TEST(ModelPainter, DrawsTheNextFrameAsIfItWereTheFirst) {
+    const mesh::Mesh mesh = bumpy_torus(60, 160);
+    const splat::Model model = build_model(mesh);
+    scene::ModelPainter painter(model);
+    render::Frame frame;
+    for (const geom::View& view : random_views(model, mesh, 8)) {
+        const scene::DrawReport report = painter.draw(view, {}, frame);
+        const Drawn fresh = draw(model, view, {});
+        EXPECT_EQ(frame.rgb, fresh.frame.rgb);
+        EXPECT_EQ(frame.depth, fresh.frame.depth);
+        EXPECT_EQ(report.counts.blocks_touched, fresh.report.counts.blocks_touched);
+    }
+}
+
+TEST(ModelPainter, GivesDepthsInWorldUnits) {
+    for (const double scale : {1e-25, 1.0, 1e6}) {
+        const splat::Model model = build_model(scaled(icosphere(4), scale));
+        const geom::View view = fitted_view(model);
+        const Drawn drawn = draw(model, view, {});
+        const float middle = drawn.frame.depth[size_t(view.height / 2 * view.width + view.width / 2)];
+        const double distance = glm::length(view.eye - model.header().origin);
+        EXPECT_NEAR(double(middle), distance - scale, 0.02 * scale);
+    }
+}
+
+TEST(ModelPainter, PromisesNoBoundForSplatsThatLeaveTheirEllipsoids) {
+    const splat::Model model = build_model(icosphere(4));
+    scene::DrawOptions options;
+    for (const render::SplatKind kind : {render::SplatKind::square, render::SplatKind::circle}) {
+        options.kind = kind;
+        EXPECT_TRUE(std::isinf(draw(model, fitted_view(model), options).report.counts.error_bound_px));
+    }
+}
+
+TEST(ModelPainter, DrawsMoreWhereMoreIsAsked) {
+    const splat::Model model = build_model(bumpy_torus(60, 160));
+    scene::DrawOptions options;
+    uint64_t last = 0;
+    for (const double threshold_px : {16.0, 4.0, 1.0}) {
+        options.cut.threshold_px = threshold_px;
+        const uint64_t splats = draw(model, fitted_view(model), options).report.counts.splats;
+        EXPECT_GT(splats, last) << threshold_px;
+        last = splats;
+    }
+    options.cut.threshold_px = 0;
+    options.cut.cull_backfaces = false;
+    const Drawn all = draw(model, fitted_view(model), options);
+    EXPECT_EQ(all.report.counts.splats, model.header().leaf_count);
+    EXPECT_EQ(all.report.counts.backface_culled, 0u);
+}

@@ -1,0 +1,87 @@
+// Frame reports: that they say what frame-report(5) says, and nothing else.
+#include "scene/frame_report.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+#include <map>
+#include <regex>
+
+#include "test_meshes.h"
+
+using namespace splat_test;
+
+namespace {
+
+scene::FrameReport full_report(splat::CutBy by) {
+    scene::FrameReport report;
+    report.cut.by = by;
+    report.reference.emplace();
+    return report;
+}
+
+// How often each key is documented: the first column of the page's tables, and the words in italics that
+// nodes_culled is explained with.
+std::map<std::string, int> documented_keys() {
+    std::ifstream page(std::string(QS_SOURCE) + "/man/frame-report.5");
+    std::map<std::string, int> keys;
+    const std::regex row(R"(^([a-z_]+)\|.*T\{$)");
+    std::smatch match;
+    for (std::string line; std::getline(page, line);) {
+        if (std::regex_match(line, match, row)) ++keys[match[1]];
+        if (line == ".IR frustum ," || line == ".I backface") ++keys[line.substr(line[2] == 'R' ? 4 : 3, 8)];
+    }
+    if (keys.erase("frustum ")) ++keys["frustum"];
+    return keys;
+}
+
+void add_keys(const core::Json& json, std::map<std::string, int>& keys) {
+    for (const auto& [key, value] : json.items()) {
+        keys[key] = 1;
+        if (value.is_object()) add_keys(value, keys);
+    }
+}
+
+}  // namespace
+
+TEST(FrameReport, HasTheKeysOfItsManPageEachOnce) {
+    const splat::Model model = build_model(tetrahedron());
+    std::map<std::string, int> keys;
+    add_keys(scene::to_json(full_report(splat::CutBy::error), model), keys);
+    add_keys(scene::to_json(full_report(splat::CutBy::diameter), model), keys);
+    EXPECT_EQ(documented_keys(), keys);
+}
+
+TEST(FrameReport, HasMeasuresOnlyWithAReference) {
+    const splat::Model model = build_model(tetrahedron());
+    scene::FrameReport report = full_report(splat::CutBy::error);
+    EXPECT_TRUE(scene::to_json(report, model).contains("psnr_db"));
+    EXPECT_TRUE(scene::to_json(report, model)["ms"].contains("reference"));
+    report.reference.reset();
+    EXPECT_FALSE(scene::to_json(report, model).contains("psnr_db"));
+    EXPECT_FALSE(scene::to_json(report, model)["ms"].contains("reference"));
+}
+
+TEST(FrameReport, WritesNullForWhatIsInfinite) {
+    const splat::Model model = build_model(tetrahedron());
+    scene::FrameReport report;
+    report.draw.counts.error_bound_px = std::numeric_limits<double>::infinity();
+    EXPECT_NE(scene::to_json(report, model).dump().find("\"error_bound_px\":null"), std::string::npos);
+}
+
+TEST(FrameReport, SumsItsTimes) {
+    const splat::Model model = build_model(tetrahedron());
+    scene::FrameReport report = full_report(splat::CutBy::error);
+    report.draw.traverse_ms = 1, report.draw.draw_ms = 2, report.write_ms = 4, report.reference_ms = 8;
+    EXPECT_EQ(scene::to_json(report, model)["ms"]["total"], 7.0);
+}
+
+TEST(FrameReport, NamesTheThresholdByItsMeaning) {
+    const splat::Model model = build_model(tetrahedron());
+    scene::FrameReport report = full_report(splat::CutBy::diameter);
+    report.cut.threshold_px = 3;
+    const core::Json json = scene::to_json(report, model);
+    EXPECT_EQ(json["threshold_diameter_px"], 3.0);
+    EXPECT_FALSE(json.contains("threshold_px"));
+}
