@@ -191,6 +191,11 @@ scene::DrawOptions draw_options(const Arguments& a) {
     return draw;
 }
 
+render::ImageFormat format_of(const Arguments& a) {
+    if (!a.format.empty()) return value_of("--format", a.format, kFormatWords);
+    return a.output.empty() ? render::ImageFormat::png : render::format_of_name(a.output);
+}
+
 // What can be told without reading anything.
 void check(const Arguments& a) {
     for (const double side : a.resolution)
@@ -209,6 +214,8 @@ void check(const Arguments& a) {
         throw UsageError("--depth: '" + a.depth + "' is the name of the pictures");
     if (!a.reference.empty() && a.report.empty())
         throw UsageError("--reference: its measures go to --report, which is not given");
+    format_of(a);
+    for (const std::string& name : {a.output, a.depth}) render::has_frame_number(name);
     if (!a.reference.empty() && a.shade == "level")
         throw UsageError("--reference: a mesh has no levels to compare with --shade level");
 }
@@ -244,11 +251,6 @@ void check_output(const std::string& name, bool holds_one, size_t frames, const 
         for (const std::string& input : {a.source, a.path, a.reference})
             if (core::same_file(input, render::frame_name(name, int(i))))
                 throw UsageError(render::frame_name(name, int(i)) + ": is input and output");
-}
-
-render::ImageFormat format_of(const Arguments& a) {
-    if (!a.format.empty()) return value_of("--format", a.format, kFormatWords);
-    return a.output.empty() ? render::ImageFormat::png : render::format_of_name(a.output);
 }
 
 std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const splat::Model& model) {
