@@ -143,20 +143,27 @@ void ViewFan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& ve
             out->is_folded = true;
             return;
         }
+        const auto within = [&](const Turned& t) { return hn::Le(hn::Add(hn::Mul(t.x, t.x), hn::Mul(t.y, t.y)), square); };
+        const auto cross = [&](const Turned& s, const Turned& t) { return hn::Sub(hn::Mul(s.x, t.y), hn::Mul(s.y, t.x)); };
+        // Does the inner part of an edge come within the radius of 0?
+        const auto passes = [&](const Turned& s, const Turned& t) {
+            const V dx = hn::Sub(t.x, s.x), dy = hn::Sub(t.y, s.y);
+            const V all = hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy));
+            const V along = hn::Neg(hn::Add(hn::Mul(s.x, dx), hn::Mul(s.y, dy)));
+            const V area = cross(s, t);
+            return hn::And(hn::And(hn::Gt(along, zero), hn::Lt(along, all)), hn::Le(hn::Mul(area, area), hn::Mul(square, all)));
+        };
+        const auto crossing = hn::Or(passes(p, q), hn::Or(within(p), within(q)));
+        const auto around = hn::And(hn::Ge(cross(v, p), zero), hn::And(hn::Ge(cross(p, q), zero), hn::Ge(cross(q, v), zero)));
+        const auto meets = hn::And(valid, hn::Or(hn::Or(crossing, within(v)), hn::Or(around, hn::Or(passes(v, p), passes(q, v)))));
         // A face stays within its corners' heights, and within those of its plane in the radius.
         const V corners = hn::Max(hn::Abs(v.z), hn::Max(hn::Abs(p.z), hn::Abs(q.z)));
         const V middle = hn::Abs(hn::Add(hn::Add(hn::Mul(nx, v.x), hn::Mul(ny, v.y)), hn::Mul(nz, v.z)));
         const V slope = hn::Sqrt(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)));
         const V plane = hn::Div(hn::Add(middle, hn::Mul(slope, r)), nz);
-        height = hn::Max(height, hn::IfThenElseZero(valid, hn::Min(corners, plane)));
-        const V dx = hn::Sub(q.x, p.x), dy = hn::Sub(q.y, p.y);
-        const V all = hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy));
-        const V along = hn::Neg(hn::Add(hn::Mul(p.x, dx), hn::Mul(p.y, dy)));
-        const V cross = hn::Sub(hn::Mul(p.x, dy), hn::Mul(p.y, dx));
-        const auto within = [&](const Turned& t) { return hn::Le(hn::Add(hn::Mul(t.x, t.x), hn::Mul(t.y, t.y)), square); };
-        const auto between = hn::And(hn::And(hn::Gt(along, zero), hn::Lt(along, all)), hn::Le(hn::Mul(cross, cross), hn::Mul(square, all)));
+        height = hn::Max(height, hn::IfThenElseZero(meets, hn::Min(corners, plane)));
         uint8_t bits[8] = {};
-        hn::StoreMaskBits(d, hn::And(valid, hn::Or(between, hn::Or(within(p), within(q)))), bits);
+        hn::StoreMaskBits(d, hn::And(valid, crossing), bits);
         out->crossing |= uint64_t(bits[0]) << (i - begin);
     }
     out->height = hn::GetLane(hn::MaxOfLanes(d, height));

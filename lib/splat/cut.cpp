@@ -57,6 +57,8 @@ struct GroupCodes {
     int count;
     alignas(32) std::array<uint32_t, kGroup> normal{}, place{}, children{}, colour{};
     alignas(32) std::array<float, kGroup> radius{}, flatness{}, error{}, cone_cos{}, cone_sin{};
+    // Above 0 where the node stands for surface on several sides: it is shown from the side it is seen from.
+    alignas(32) std::array<float, kGroup> many_sided{};
     std::array<int16_t, kGroup> cone{};
 };
 
@@ -67,7 +69,7 @@ struct GroupResult {
     float error_px = 0;  // of what was drawn
 };
 
-GroupCodes take_group(const BlockView& block, uint32_t slot, int count, int parent_cone, bool culls) {
+GroupCodes take_group(const BlockView& block, uint32_t slot, int count, int parent_cone, bool culls, bool two_sided) {
     GroupCodes g;
     g.count = count;
     for (int k = 0; k < count; ++k) {
@@ -82,6 +84,7 @@ GroupCodes take_group(const BlockView& block, uint32_t slot, int count, int pare
         g.error[i] = kErrorOfRadius[error_code(attitude, shape)];
         const int cone = decode_cone(int(attitude >> 3 & 3), parent_cone);
         g.cone[i] = int16_t(cone);
+        g.many_sided[i] = two_sided || (cone < 0 && g.children[i] > 0) ? 1.0f : 0.0f;
         // A half-angle of 180 degrees never faces away.
         g.cone_cos[i] = culls && cone >= 0 ? kConeCos[cone] : -1.0f;
         g.cone_sin[i] = culls && cone >= 0 ? kConeSin[cone] : 0.0f;
@@ -264,11 +267,9 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         const V safe = hn::IfThenElse(hn::Gt(nearest, zero), hn::Div(error, nearest), hn::Inf(d));
         result.error_px = std::max(result.error_px, hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(drawn, safe))));
         const int to = batch.count;
-        V3 shown = n;
-        if (view.two_sided) {
-            const V flip = hn::IfThenElse(hn::Gt(along, zero), hn::Neg(one), one);
-            shown = {hn::Mul(n.x, flip), hn::Mul(n.y, flip), hn::Mul(n.z, flip)};
-        }
+        const M turned = hn::And(hn::Gt(along, zero), hn::Gt(hn::Load(d, &g.many_sided[i]), zero));
+        const V sign = hn::IfThenElse(turned, hn::Neg(one), one);
+        const V3 shown{hn::Mul(n.x, sign), hn::Mul(n.y, sign), hn::Mul(n.z, sign)};
         // Compressed in the register, then stored whole: compressing stores are slow on some processors.
         const auto put = [&](V value, float* channel) { hn::StoreU(hn::Compress(value, drawn), d, channel + to); };
         put(Dot(Set3(d, view.right), at), batch.x), put(Dot(Set3(d, view.down), at), batch.y), put(z, batch.z);
@@ -370,7 +371,7 @@ struct Cut::State {
         BlockView& block = walker.open_block(model, node.block);
         if (touched[node.block].exchange(frame, std::memory_order_relaxed) != frame) ++c.blocks_touched;
         if (node.slot + node.children > block.node_count()) model.fault(node.block, "a sibling group goes beyond its nodes");
-        const GroupCodes codes = take_group(block, node.slot, node.children, node.cone, view.cull_backfaces);
+        const GroupCodes codes = take_group(block, node.slot, node.children, node.cone, view.cull_backfaces, view.two_sided);
         GroupResult result;
         HWY_DYNAMIC_DISPATCH(CutGroup)(codes, node, frame_about(node.normal), view, batch, result);
         c.nodes_visited += node.children;
@@ -400,8 +401,10 @@ struct Cut::State {
         batch.x[i] = glm::dot(view.right, node.at), batch.y[i] = glm::dot(view.down, node.at);
         batch.z[i] = glm::dot(view.forward, node.at) + view.pivot_depth;
         batch.radius[i] = node.radius;
-        batch.nx[i] = glm::dot(view.right, node.normal), batch.ny[i] = glm::dot(view.down, node.normal);
-        batch.nz[i] = glm::dot(view.forward, node.normal);
+        const float along = glm::dot(node.normal, node.at) + view.pivot_depth * glm::dot(node.normal, view.forward);
+        const glm::vec3 shown = along > 0 && codes.many_sided[k] > 0 ? -node.normal : node.normal;
+        batch.nx[i] = glm::dot(view.right, shown), batch.ny[i] = glm::dot(view.down, shown);
+        batch.nz[i] = glm::dot(view.forward, shown);
         batch.flatness[i] = codes.flatness[k];
         batch.colour[i] = view.has_colour ? codes.colour[k] : view.colour;
         const glm::vec3 p(batch.x[i], batch.y[i], batch.z[i]);

@@ -13,9 +13,9 @@ namespace {
 constexpr float kMaxInflation = 2.5f;   // beyond it a level is inserted
 constexpr float kThinWeight = 0.7f;    // what is minimised: R (1 + 0.7 rho); 1.5 is 0.2 dB better and 2 % looser
 constexpr float kTightest = 1.04f;     // no lattice point is that near the ideal centre, nearly
-constexpr float kCoarse = 0.02f;        // of the subtree's radius: below, float corners are too coarse
+constexpr float kCoarse = 0.01f;        // of the subtree's radius: below, float corners are too coarse
 constexpr float kMinRadius = 1e-12f;    // model units; points closer together than this are one
-constexpr float kRoundUp = 1.00005f;    // over the float rounding of decode and cover
+constexpr float kRoundUp = 1.0001f;    // over the float rounding of decode and cover
 
 glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& otherwise) {
     const double length = glm::length(v);

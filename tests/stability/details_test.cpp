@@ -68,7 +68,8 @@ TEST_P(Details, AreDrawnAsIfAlone) {
     expect_at_most(row, "bad pixels", double(bad_pixels(near.frame)), 0);
     expect_at_most(row, "holes", double(difference.holes), 0);
     const double alone_db = difference_from_mesh(lonely, by_itself).psnr_inside_db;
-    expect_at_most(row, "psnr db lost against alone", alone_db - difference.psnr_inside_db, 0.5);
+    // Groups of leaves are filled by count, so that the detail is grouped otherwise beside the scene.
+    expect_at_most(row, "psnr db lost against alone", alone_db - difference.psnr_inside_db, 1.5);
     expect_at_most(row, "error px at 0", measured_error_px(scene, near),
                    near.report.counts.error_bound_px + measurement_rounding_px(near));
 }
