@@ -1,0 +1,206 @@
+// frame_bench MODEL: measures frames on request.  Each line of standard input is a case, a camera line (see
+// camera-path(5)) with these keys more; each is answered by one JSON line on standard output, so that a
+// script can choose the next case by the last answer.
+//
+//     "size"         [width, height], pixels
+//     "kind"         "square", "circle", "ellipse" or "smooth"
+//     "threshold"    pixels of error, or of diameter with "diameter": true
+//     "runs"         frames to time, after a warm-up of 3; 0: the frame is drawn once and not timed
+//     "compare"      true: PSNR, growth, holes, ... against --reference
+//     "distance"     true: the measured error, the largest distance of a pixel's point from --surface
+//
+// Times are those of ModelPainter::draw(), from the camera to the shaded pixels; nothing is written.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/program.h"
+#include "mesh/distance.h"
+#include "mesh/mesh.h"
+#include "render/compare.h"
+#include "render/raster.h"
+#include "scene/draw.h"
+#include "scene/reference.h"
+
+namespace {
+
+using core::Json;
+
+constexpr int kWarmUp = 3;
+
+struct Case {
+    geom::View view;
+    scene::DrawOptions draw;
+    int runs = 0;
+    bool compare = false, distance = false;
+};
+
+render::SplatKind kind_of(const std::string& word) {
+    static const std::map<std::string, render::SplatKind> kinds = {{"square", render::SplatKind::square},
+                                                                   {"circle", render::SplatKind::circle},
+                                                                   {"ellipse", render::SplatKind::ellipse},
+                                                                   {"smooth", render::SplatKind::smooth}};
+    const auto found = kinds.find(word);
+    if (found == kinds.end()) throw core::Error("'" + word + "' is no kind of splat");
+    return found->second;
+}
+
+Case parse_case(const std::string& line) {
+    const geom::Camera camera = geom::parse_camera(line, "case");
+    const Json json = Json::parse(line);
+    Case c;
+    c.view = geom::make_view(camera, json.at("size").at(0), json.at("size").at(1));
+    c.draw.kind = kind_of(json.value("kind", "smooth"));
+    c.draw.cut.threshold_px = json.at("threshold");
+    c.draw.cut.by = json.value("diameter", false) ? splat::CutBy::diameter : splat::CutBy::error;
+    c.runs = json.value("runs", 0);
+    c.compare = json.value("compare", false);
+    c.distance = json.value("distance", false);
+    return c;
+}
+
+// Median, minimum and spread (distance of the quartiles by the median).
+Json summary(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double part) { return values[size_t(part * double(values.size() - 1) + 0.5)]; };
+    return {{"median", at(0.5)}, {"min", values.front()}, {"spread", (at(0.75) - at(0.25)) / at(0.5)}};
+}
+
+// What is measured against: read and prepared when first asked for.
+class Truth {
+  public:
+    Truth(std::string reference, std::string surface, bool with_colour)
+        : reference_(std::move(reference)), surface_(std::move(surface)), with_colour_(with_colour) {}
+
+    const render::Frame& frame(const geom::View& view, render::Shade shade) {
+        if (!raster_) {
+            mesh_ = read(reference_, "--reference");
+            if (!with_colour_) mesh_.colours.clear();
+            raster_ = std::make_unique<render::MeshRaster>(mesh_);
+        }
+        const std::vector<double> key = key_of(view);
+        if (key != drawn_) raster_->draw(view, shade, {0, 0, 0}, frame_);
+        drawn_ = key;
+        return frame_;
+    }
+
+    const mesh::SurfaceDistance& distance() {
+        if (!distance_) distance_ = std::make_unique<mesh::SurfaceDistance>(read(surface_, "--surface"));
+        return *distance_;
+    }
+
+  private:
+    static mesh::Mesh read(const std::string& path, const char* option) {
+        if (path.empty()) throw core::Error(core::text("a case needs %s, which was not given", option));
+        return mesh::read_mesh(path).mesh;
+    }
+
+    static std::vector<double> key_of(const geom::View& v) {
+        return {double(v.width), double(v.height), v.focal_px, v.eye.x,     v.eye.y,     v.eye.z,
+                v.right.x,       v.right.y,        v.right.z,  v.forward.x, v.forward.y, v.forward.z};
+    }
+
+    std::string reference_, surface_;
+    bool with_colour_;
+    mesh::Mesh mesh_;
+    std::unique_ptr<render::MeshRaster> raster_;
+    std::unique_ptr<mesh::SurfaceDistance> distance_;
+    render::Frame frame_;
+    std::vector<double> drawn_;
+};
+
+// The same measure as scene::Reference's, with a surface of its own.
+double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View& view,
+                         const render::Frame& frame) {
+    std::vector<double> largest(size_t(frame.height), 0.0);
+    core::parallel_for(size_t(frame.height), [&](size_t y) {
+        for (int x = 0; x < frame.width; ++x) {
+            const double depth = double(frame.depth[y * size_t(frame.width) + size_t(x)]);
+            if (!std::isfinite(depth)) continue;
+            const glm::dvec3 point = scene::point_of_pixel(view, frame, x, int(y));
+            largest[y] = std::max(largest[y], surface.distance(point, INFINITY) * view.focal_px / depth);
+        }
+    });
+    return *std::max_element(largest.begin(), largest.end());
+}
+
+void add_times(Json& answer, const Case& c, scene::ModelPainter& painter, render::Frame& frame) {
+    std::vector<double> all, traverse, draw;
+    for (int run = 0; run < kWarmUp + c.runs; ++run) {
+        const auto start = std::chrono::steady_clock::now();
+        const scene::DrawReport report = painter.draw(c.view, c.draw, frame);
+        const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
+        if (run < kWarmUp) continue;
+        all.push_back(ms.count());
+        traverse.push_back(report.traverse_ms);
+        draw.push_back(report.draw_ms);
+    }
+    answer["ms"] = summary(all);
+    answer["traverse_ms"] = summary(traverse);
+    answer["draw_ms"] = summary(draw);
+}
+
+void add_counts(Json& answer, const splat::CutCounts& counts, const splat::Model& model) {
+    const splat::Header& h = model.header();
+    // Attitude, place and shape; colour where there is a channel.
+    const double node_bytes = h.has_colour() ? 6.5 : 4.5;
+    answer["nodes_visited"] = counts.nodes_visited;
+    answer["frustum_culled"] = counts.frustum_culled;
+    answer["backface_culled"] = counts.backface_culled;
+    answer["splats"] = counts.splats;
+    answer["groups_missing"] = counts.groups_missing;
+    answer["visited_bytes"] = node_bytes * double(counts.nodes_visited);
+    answer["touched_bytes"] = double(counts.blocks_touched) * h.block_size;
+    answer["touched_share"] = double(counts.blocks_touched) / double(h.block_count);
+    answer["error_bound_px"] = counts.error_bound_px;
+}
+
+void add_comparison(Json& answer, const render::Frame& frame, const render::Frame& truth,
+                    const geom::View& view) {
+    const render::ImageDifference d = render::compare(frame, truth, view.focal_px);
+    answer["psnr_db"] = d.psnr_db;
+    answer["psnr_inside_db"] = d.psnr_inside_db;
+    answer["ssim"] = d.ssim;
+    answer["growth"] = d.silhouette_growth;
+    answer["holes"] = d.holes;
+    answer["depth_rmse_px"] = d.depth_rmse_px.value_or(0);
+    answer["covered_px"] =
+        std::count_if(truth.depth.begin(), truth.depth.end(), [](float z) { return std::isfinite(z); });
+}
+
+Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& painter, Truth& truth) {
+    render::Frame frame;
+    Json answer;
+    add_counts(answer, painter.draw(c.view, c.draw, frame).counts, model);
+    if (c.compare) add_comparison(answer, frame, truth.frame(c.view, c.draw.shade), c.view);
+    if (c.distance) answer["measured_error_px"] = measured_error_px(truth.distance(), c.view, frame);
+    if (c.runs > 0) add_times(answer, c, painter, frame);
+    return answer;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    core::Program program("frame_bench", "Measure frames of a splat model, a case a line.", QS_VERSION);
+    std::string path, reference, surface;
+    program.options.add_option("MODEL", path, "Splat model")->required();
+    program.options.add_option("--reference", reference, "Mesh to compare pictures with");
+    program.options.add_option("--surface", surface, "Mesh to measure distances from");
+    return program.run(argc, argv, [&] {
+        const splat::Model model(path);
+        scene::ModelPainter painter(model);
+        Truth truth(reference, surface, model.header().flags & (splat::kHasColour | splat::kConstantColour));
+        std::string line;
+        while (std::getline(std::cin, line)) {
+            core::print(answer_to(parse_case(line), model, painter, truth).dump() + "\n");
+            std::fflush(stdout);
+        }
+    });
+}
