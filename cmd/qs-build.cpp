@@ -61,6 +61,11 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
     return json;
 }
 
+const char* kind_of(const splat::Header& h) {
+    if (h.flags & splat::kCloud) return "a cloud";
+    return h.flags & splat::kOpenSurface ? "an open surface: both sides are drawn" : "a closed surface: its back is culled";
+}
+
 void warn_of_drops(const std::string& input, const std::map<std::string, uint64_t>& drops, const char* what) {
     for (const auto& [reason, count] : drops)
         core::warn(core::text("%s: %llu %s dropped: %s", input.c_str(), static_cast<unsigned long long>(count), what, reason.c_str()));
@@ -99,6 +104,11 @@ int main(int argc, char** argv) {
         warn_of_drops(input, read.counts.vertices_dropped, "vertices");
         warn_of_drops(input, built.vertices_dropped, "vertices");
         warn_of_drops(input, read.counts.triangles_dropped, "triangles");
+        core::notice(core::text("%s: %llu vertices in %llu bytes (%.2f a vertex), %u levels, %s", output.c_str(),
+                                static_cast<unsigned long long>(built.header.leaf_count),
+                                static_cast<unsigned long long>(built.file_bytes),
+                                double(built.file_bytes) / double(built.header.leaf_count), built.header.level_count,
+                                kind_of(built.header)));
         report.write(report_of(input, read.counts, built, read_ms));
         report.commit();
     });

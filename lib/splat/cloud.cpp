@@ -13,6 +13,7 @@ namespace {
 
 constexpr size_t kNeighbours = 12, kTouching = 6;
 constexpr float kTouch = 0.8f;
+constexpr float kWidest = 4.0f;  // medians: a stray point is no boulder
 
 struct Positions {
     const std::vector<glm::vec3>& p;
@@ -95,8 +96,7 @@ std::vector<float> estimate_discs(mesh::Mesh& mesh) {
     if (sorted.empty()) return radii;
     std::nth_element(sorted.begin(), sorted.begin() + ptrdiff_t(sorted.size() / 2), sorted.end());
     const float median = sorted[sorted.size() / 2];
-    for (float& r : radii)
-        if (!(r > 0)) r = median;
+    for (float& r : radii) r = r > 0 ? std::min(r, kWidest * median) : median;
     return radii;
 }
 
