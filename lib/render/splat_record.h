@@ -19,7 +19,7 @@ struct alignas(64) SplatRecord {
     uint16_t x0, y0, x1, y1;  // pixels whose centres may be inside, inclusive, on the screen
     float dx0, dy0;           // (dx, dy) of pixel (x0, y0)
     float l1, l2, l3;         // 1/px
-    float push;               // 1/z - 1/(z + R): R of depth, as a step of inverse depth
+    float push;               // R along the ray through the centre, as a step of inverse depth
     float w, w_dx, w_dy;      // inverse depth at the outline's centre, and its slopes per px
     uint32_t colour;          // 0x00BBGGRR: material where blended, else what is written
     float nx, ny, nz;         // normal

@@ -337,8 +337,11 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const u
         const auto colour =
             blended ? hn::Load(du, colours + i) : shade_points(d, options.shade, nx, ny, nz, material);
 
-        // 1/z - 1/(z + R); a push of 0 makes the aligned kinds a plain depth test.
-        const V push = aligned ? hn::Zero(d) : hn::Mul(inverse_z, hn::Div(r, hn::Add(hn::Set(d, 1.0f), r)));
+        // 1/z - 1/(z + R cos): R along the ray, which off the axis is less of depth.  A push of 0 makes the aligned
+        // kinds a plain depth test.
+        const V tx = demote(txd), ty = demote(tyd), one = hn::Set(d, 1.0f);
+        const V along_ray = hn::Div(r, hn::Sqrt(hn::Add(one, hn::Add(hn::Mul(tx, tx), hn::Mul(ty, ty)))));
+        const V push = aligned ? hn::Zero(d) : hn::Mul(inverse_z, hn::Div(along_ray, hn::Add(one, along_ray)));
         const V fields[16] = {hn::BitCast(d, pack_pixels(xs.first, ys.first)),
                               hn::BitCast(d, pack_pixels(xs.last, ys.last)),
                               offset_px(xs.first, projected_x, o.centre_dx, view.width),

@@ -80,10 +80,11 @@ struct Nearest {
 };
 
 // Splats within R of depth of the nearest so far are blended with weight t^2; what is nearer by more
-// starts the pixel afresh, what is farther by more is left out.  Depends on the order.
+// starts the pixel afresh, what is farther by more is left out.  Depends on the order.  The depth is that of
+// the splat of largest weight and not a mean: a point between two sheets is on neither.
 template <bool kNormals, bool kColours>
 struct Blend {
-    enum Plane { kFront, kWeight, kDepth, kPayload };
+    enum Plane { kFront, kWeight, kLargest, kDepth, kPayload };
     static constexpr int kColourPlane = kPayload + (kNormals ? 3 : 0);
     static constexpr int kPlanes = kColourPlane + (kColours ? 3 : 0);
     static_assert(kPlanes <= kMaxPlanes);
@@ -108,7 +109,10 @@ struct Blend {
         const V weight = hn::IfThenElseZero(counts, hn::Mul(f.t, f.t));
         hn::Store(hn::IfThenElse(counts, hn::Max(f.w, front), front), d, at + kFront * kBlockPixels);
         add(afresh, weight, at + kWeight * kBlockPixels);
-        add(afresh, hn::Mul(weight, f.w), at + kDepth * kBlockPixels);
+        const V largest = hn::IfThenZeroElse(afresh, hn::Load(d, at + kLargest * kBlockPixels));
+        const M leads = hn::And(counts, hn::Or(afresh, hn::Gt(weight, largest)));
+        hn::Store(hn::Max(largest, weight), d, at + kLargest * kBlockPixels);
+        hn::Store(hn::IfThenElse(leads, f.w, hn::Load(d, at + kDepth * kBlockPixels)), d, at + kDepth * kBlockPixels);
         if constexpr (kNormals) {
             add(afresh, hn::Mul(weight, nx), at + (kPayload + 0) * kBlockPixels);
             add(afresh, hn::Mul(weight, ny), at + (kPayload + 1) * kBlockPixels);
@@ -127,8 +131,7 @@ struct Blend {
     }
 
     HWY_INLINE static V inverse_depth(const float* at) {
-        const F d;
-        return hn::Div(hn::Load(d, at + kDepth * kBlockPixels), hn::Load(d, at + kWeight * kBlockPixels));
+        return hn::Load(F(), at + kDepth * kBlockPixels);
     }
 
     HWY_INLINE static hn::Vec<U> shade(const SplatterOptions& options, const float* at) {

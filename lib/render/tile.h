@@ -18,7 +18,7 @@ inline constexpr int kTileWidth = 64;
 inline constexpr int kTileHeight = 32;
 inline constexpr int kBlockSize = 4;
 inline constexpr int kBlockPixels = kBlockSize * kBlockSize;
-inline constexpr int kMaxPlanes = 9;
+inline constexpr int kMaxPlanes = 10;
 inline constexpr size_t kTileStateFloats = size_t(kTileWidth) * kTileHeight * kMaxPlanes;
 
 // Splats of one task in one tile: records[order[0..count)].

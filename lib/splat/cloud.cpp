@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <nanoflann.hpp>
+#include <numeric>
+#include <tuple>
 
 #include "core/parallel.h"
 
@@ -13,7 +15,29 @@ namespace {
 
 constexpr size_t kNeighbours = 12, kTouching = 6;
 constexpr float kTouch = 0.8f;
-constexpr float kWidest = 4.0f;  // medians: a stray point is no boulder
+constexpr float kWidest = 4.0f;  // times the widest of the nearest neighbours: a stray point is no boulder
+constexpr size_t kNearest = 3;
+
+// Different positions, and which of them each point has: equal points would be each other's neighbours at no
+// distance, thousands at a time.
+struct Different {
+    std::vector<glm::vec3> positions;
+    std::vector<uint32_t> of;  // by point
+};
+
+Different different_positions(const std::vector<glm::vec3>& all) {
+    std::vector<uint32_t> order(all.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto key = [&](uint32_t i) { return std::tie(all[i].x, all[i].y, all[i].z); };
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return key(a) < key(b) || (key(a) == key(b) && a < b); });
+    Different d;
+    d.of.resize(all.size());
+    for (size_t k = 0; k < order.size(); ++k) {
+        if (k == 0 || key(order[k]) != key(order[k - 1])) d.positions.push_back(all[order[k]]);
+        d.of[order[k]] = uint32_t(d.positions.size() - 1);
+    }
+    return d;
+}
 
 struct Positions {
     const std::vector<glm::vec3>& p;
@@ -59,16 +83,18 @@ glm::vec3 upward(glm::dvec3 n) {
 }  // namespace
 
 std::vector<float> estimate_discs(mesh::Mesh& mesh) {
-    const size_t n = mesh.positions.size();
+    const Different different = different_positions(mesh.positions);
+    const size_t n = different.positions.size();
     glm::dvec3 low(mesh.positions[0]), high = low;
     for (const glm::vec3& p : mesh.positions) low = glm::min(low, glm::dvec3(p)), high = glm::max(high, glm::dvec3(p));
     const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
     std::vector<float> radii(n, 0.0f);
-    if (!(extent > 0)) return radii;
-    const Positions positions{mesh.positions, 0.5 * (low + high), 2 / extent};
+    if (!(extent > 0)) return std::vector<float>(mesh.positions.size(), 0.0f);
+    const Positions positions{different.positions, 0.5 * (low + high), 2 / extent};
     const Tree tree(3, positions, nanoflann::KDTreeSingleIndexAdaptorParams(16));
     const bool wants_normals = mesh.normals.empty() && n > 2;
-    if (wants_normals) mesh.normals.resize(n);
+    std::vector<glm::vec3> normals(wants_normals ? n : 0);
+    std::vector<std::array<uint32_t, kNearest>> nearest(n);
     const size_t wanted = std::min(n, kNeighbours + 1);  // the point itself is among them
     core::parallel_pieces(n, 4096, [&](size_t begin, size_t end) {
         std::array<uint32_t, kNeighbours + 1> index{};
@@ -81,6 +107,7 @@ std::vector<float> estimate_discs(mesh::Mesh& mesh) {
             const size_t found = tree.knnSearch(&point.x, wanted, index.data(), square.data());
             const size_t touching = std::min(found - 1, kTouching);
             radii[i] = float(double(kTouch) * std::sqrt(square[touching]) / positions.inverse_scale);
+            for (size_t k = 0; k < kNearest; ++k) nearest[i][k] = index[std::min(k + 1, found - 1)];
             if (!wants_normals) continue;
             glm::dvec3 mean(0);
             for (size_t k = 0; k < found; ++k) mean += at(index[k]);
@@ -88,16 +115,22 @@ std::vector<float> estimate_discs(mesh::Mesh& mesh) {
             glm::dmat3 spread(0.0);
             for (size_t k = 0; k < found; ++k) spread += glm::outerProduct(at(index[k]) - mean, at(index[k]) - mean);
             const double size = spread[0][0] + spread[1][1] + spread[2][2];
-            mesh.normals[i] = size > 0 ? upward(least_axis(spread / size)) : glm::vec3(0, 0, 1);
+            normals[i] = size > 0 ? upward(least_axis(spread / size)) : glm::vec3(0, 0, 1);
         }
     });
-    std::vector<float> sorted;
-    std::copy_if(radii.begin(), radii.end(), std::back_inserter(sorted), [](float r) { return r > 0; });
-    if (sorted.empty()) return radii;
-    std::nth_element(sorted.begin(), sorted.begin() + ptrdiff_t(sorted.size() / 2), sorted.end());
-    const float median = sorted[sorted.size() / 2];
-    for (float& r : radii) r = r > 0 ? std::min(r, kWidest * median) : median;
-    return radii;
+    std::vector<float> capped(n);
+    for (size_t i = 0; i < n; ++i) {
+        float widest = 0;
+        for (const uint32_t k : nearest[i]) widest = std::max(widest, radii[k]);
+        capped[i] = std::min(radii[i], kWidest * widest);
+    }
+    std::vector<float> result(mesh.positions.size());
+    if (wants_normals) mesh.normals.resize(result.size());
+    for (size_t i = 0; i < result.size(); ++i) {
+        result[i] = capped[different.of[i]];
+        if (wants_normals) mesh.normals[i] = normals[different.of[i]];
+    }
+    return result;
 }
 
 }  // namespace splat

@@ -354,6 +354,8 @@ struct Cut::State {
     explicit State(const Model& m) : model(m), touched(std::make_unique<std::atomic<uint8_t>[]>(m.blocks_present())) {}
 
     const Model& model;
+    // What the blocks that are there can hold, whatever the header says: more visits mean shared groups.
+    const uint64_t most_nodes = std::min(model.header().node_count, model.blocks_present() * model.layout().capacity);
     CutView view;
     std::vector<Opening> tasks;
     geom::SplatBatch top_batch;
@@ -377,7 +379,7 @@ struct Cut::State {
         c.nodes_visited += node.children;
         c.frustum_culled += result.frustum, c.backface_culled += result.backface, c.splats += result.drawn;
         c.error_bound_px = std::max(c.error_bound_px, double(result.error_px));
-        if (c.nodes_visited > model.header().node_count) model.fault(node.block, "is reached more than once");
+        if (c.nodes_visited > most_nodes) model.fault(node.block, "is reached more than once");
         for (uint32_t open = result.open; open; open &= open - 1) {
             const auto k = size_t(__builtin_ctz(open));
             const GroupAt group = block.group_of(node.slot + uint32_t(k));

@@ -536,12 +536,13 @@ class SubtreeEncoder {
         for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) out += mix(pairs_[k].x), in += mix(pairs_[k].y);
         if (out == in) return pair_begin_[i] < pair_begin_[i + 1];
         ++counts_.open_fans;
+        std::vector<uint32_t> left, entered;
+        for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) left.push_back(pairs_[k].x), entered.push_back(pairs_[k].y);
+        std::sort(left.begin(), left.end()), std::sort(entered.begin(), entered.end());
         for (uint32_t k = pair_begin_[i]; k < pair_begin_[i + 1]; ++k) {
-            bool x_entered = false, y_left = false;
-            for (uint32_t m = pair_begin_[i]; m < pair_begin_[i + 1]; ++m)
-                x_entered |= pairs_[m].y == pairs_[k].x, y_left |= pairs_[m].x == pairs_[k].y;
-            if (!x_entered) boundary_.emplace_back(in_.begin + i, near_leaf_[pairs_[k].x]);
-            if (!y_left) boundary_.emplace_back(in_.begin + i, near_leaf_[pairs_[k].y]);
+            const auto [x, y] = std::pair(pairs_[k].x, pairs_[k].y);
+            if (!std::binary_search(entered.begin(), entered.end(), x)) boundary_.emplace_back(in_.begin + i, near_leaf_[x]);
+            if (!std::binary_search(left.begin(), left.end(), y)) boundary_.emplace_back(in_.begin + i, near_leaf_[y]);
         }
         return false;
     }
