@@ -1,12 +1,13 @@
 // qs-build: turn a mesh or a cloud into a splat model.  The work is mesh::read_mesh() and splat::build().
 #include <bit>
-#include <chrono>
 
 #include "core/error.h"
 #include "core/file.h"
 #include "core/program.h"
+#include "core/stopwatch.h"
 #include "mesh/mesh.h"
 #include "splat/build.h"
+#include "splat/info.h"
 
 namespace {
 
@@ -42,11 +43,7 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
     const double vertices = double(std::max<uint64_t>(h.vertices_in, 1));
     json["bytes_per_vertex"] = double(r.file_bytes) / vertices;
     core::Json channels;
-    channels["structure_and_cone"] = double(h.node_count) * 5 / 8 / vertices;
-    channels["normal"] = double(h.node_count) * 10 / 8 / vertices;
-    channels["sphere"] = double(h.node_count) * 16 / 8 / vertices;
-    channels["flatness_and_error"] = double(h.node_count) * 5 / 8 / vertices;
-    if (h.has_colour()) channels["colour"] = double(h.node_count) * 2 / vertices;
+    for (const splat::ChannelInfo& c : splat::channels_of(h, r.file_bytes)) channels[c.name] = double(c.bytes) / vertices;
     json["channel_bytes_per_vertex"] = channels;
     json["left_out"] = r.left_out;
     json["leaf_inflation_mean"] = r.fit.leaf_inflation / double(std::max<uint64_t>(r.fit.leaves, 1));
@@ -96,9 +93,9 @@ int main(int argc, char** argv) {
         build_options.keep_colour = !no_colour;
         core::Report report({input, output});
         core::OutputFile out(output);
-        const auto start = std::chrono::steady_clock::now();
+        core::Stopwatch watch;
         mesh::ReadResult read = mesh::read_mesh(input, read_options);
-        const double read_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        const double read_ms = watch.lap_ms();
         const splat::BuildReport built = splat::build(std::move(read.mesh), build_options, out, input);
         out.commit();
         warn_of_drops(input, read.counts.vertices_dropped, "vertices");

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -13,6 +12,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/program.h"
+#include "core/stopwatch.h"
 #include "geom/path.h"
 #include "mesh/mesh.h"
 #include "render/image.h"
@@ -263,19 +263,6 @@ std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const splat::
     return reference;
 }
 
-class Watch {
-  public:
-    double lap_ms() {
-        const auto now = std::chrono::steady_clock::now();
-        const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-        last_ = now;
-        return ms;
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
 void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat::Model& model,
                  const std::vector<geom::Camera>& path) {
     core::Report report({a.source, a.path, a.output, a.depth, a.reference});
@@ -291,7 +278,7 @@ void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat
         line.time_s = path[i].time_s;
         line.cut = draw.cut;
         line.draw = painter.draw(view, draw, frame);
-        Watch watch;
+        core::Stopwatch watch;
         if (!a.output.empty()) writer.write(int(i), frame);
         if (!a.depth.empty()) writer.write_depth(a.depth, int(i), frame);
         line.write_ms = watch.lap_ms();

@@ -34,6 +34,7 @@ struct SplatterOptions {
     Shade shade = Shade::lit;
     bool has_colour = false;
     glm::u8vec3 background{0, 0, 0};
+    double depth_unit = 1;  // world units in a unit of the splats: depths of the frame are in world units
 };
 
 class Splatter {

@@ -307,6 +307,7 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
     const auto no_colour =
         hn::Set(U(), uint32_t(background.r) | uint32_t(background.g) << 8 | uint32_t(background.b) << 16);
     const V no_depth = hn::Set(d, std::numeric_limits<float>::infinity());
+    const V unit = hn::Set(d, static_cast<float>(params.options.depth_unit));
     alignas(64) uint32_t colours[kBlockSize * kTileWidth], block_colours[kBlockPixels];
     alignas(64) float depths[kBlockSize * kTileWidth], block_depths[kBlockPixels];
     for (int y = 0; y < job.height; y += kBlockSize) {
@@ -315,7 +316,7 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
             for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
                 const float* at = block + lane;
                 const M drawn = hn::Gt(hn::Load(d, at), hn::Set(d, kNothing));
-                const V depth = hn::Div(hn::Set(d, 1.0f), Pixel::inverse_depth(at));
+                const V depth = hn::Div(unit, Pixel::inverse_depth(at));
                 hn::Store(hn::IfThenElse(drawn, depth, no_depth), d, block_depths + lane);
                 const auto shaded = Pixel::shade(params.options, at);
                 hn::Store(hn::IfThenElse(hn::RebindMask(U(), drawn), shaded, no_colour), U(),

@@ -4,34 +4,18 @@
 #include <limits>
 
 #include "core/parallel.h"
+#include "core/stopwatch.h"
 
 namespace scene {
-
-namespace {
-
-class Watch {
-  public:
-    double lap_ms() {
-        const auto now = std::chrono::steady_clock::now();
-        const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-        last_ = now;
-        return ms;
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-}  // namespace
 
 ModelPainter::ModelPainter(const splat::Model& model) : model_(model), cut_(model) {}
 
 DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options, render::Frame& frame) {
     DrawReport report;
-    Watch watch;
+    core::Stopwatch watch;
     const size_t tasks = cut_.begin(view, options.cut);
     const bool has_colour = model_.header().flags & (splat::kHasColour | splat::kConstantColour);
-    splatter_.begin(view, {options.kind, options.shade, has_colour, options.background}, tasks);
+    splatter_.begin(view, {options.kind, options.shade, has_colour, options.background, model_.header().scale}, tasks);
     core::parallel_for(tasks, [&](size_t task) {
         cut_.run(task, [&](const geom::SplatBatch& batch) { splatter_.add(task, batch); });
         splatter_.end_task(task);
@@ -39,11 +23,6 @@ DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options
     report.traverse_ms = watch.lap_ms();
     splatter_.finish(frame);
     report.draw_ms = watch.lap_ms();
-    // The splatter worked in model units.
-    const double scale = model_.header().scale;
-    core::parallel_pieces(frame.depth.size(), size_t(1) << 16, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) frame.depth[i] = float(double(frame.depth[i]) * scale);
-    });
     report.counts = cut_.counts();
     // The bound is that of the ellipsoids.  A square or a disc that faces the screen reaches beyond its own.
     if (options.kind == render::SplatKind::square || options.kind == render::SplatKind::circle)

@@ -1,13 +1,13 @@
 #include "splat/build.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <unordered_map>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/stopwatch.h"
 #include "splat/cloud.h"
 #include "splat/layout.h"
 #include "splat/tree.h"
@@ -19,20 +19,6 @@ namespace {
 constexpr uint32_t kHullLeaves = 49;       // leaves summarised by one box for the upper tree
 constexpr double kOpenGap = 0.1;           // widest boundary, in radii, of a model still taken as closed
 constexpr size_t kFacePiece = size_t(1) << 16;
-
-class Stages {
-  public:
-    explicit Stages(BuildReport& report) : report_(report) {}
-    void done(const char* stage) {
-        const auto now = std::chrono::steady_clock::now();
-        report_.stage_ms.emplace_back(stage, std::chrono::duration<double, std::milli>(now - last_).count());
-        last_ = now;
-    }
-
-  private:
-    BuildReport& report_;
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 // Gives a vector's memory back (assigning {} would keep it).
 template <class T>
@@ -52,28 +38,28 @@ struct FaceBuckets {
 class Builder {
   public:
     Builder(mesh::Mesh&& mesh, const BuildOptions& options, BuildReport& report)
-        : mesh_(std::move(mesh)), options_(options), report_(report), stages_(report) {}
+        : mesh_(std::move(mesh)), options_(options), report_(report) {}
 
     void run(core::OutputFile& out) {
         choose_channels();
         if (mesh_.is_cloud()) {
             cloud_radii_ = estimate_discs(mesh_);
-            stages_.done("neighbours");
+            report_.stage_ms.emplace_back("neighbours", watch_.lap_ms());
         }
         order_leaves();
-        stages_.done("order");
+        report_.stage_ms.emplace_back("order", watch_.lap_ms());
         place_model();
         share_out_faces();
-        stages_.done("faces");
+        report_.stage_ms.emplace_back("faces", watch_.lap_ms());
         summarise_subtrees();
         encode_upper();
         encode_subtrees();
         set_upper_errors();
         judge_boundary();
         release(buckets_.faces);
-        stages_.done("encode");
+        report_.stage_ms.emplace_back("encode", watch_.lap_ms());
         write_model(model_, report_.header, out);
-        stages_.done("write");
+        report_.stage_ms.emplace_back("write", watch_.lap_ms());
     }
 
   private:
@@ -130,7 +116,11 @@ class Builder {
 
     // The root's sphere about the middle of the box; model space makes it the unit sphere.
     void place_model() {
-        const glm::dvec3 low(root_->low), high(root_->high), middle = 0.5 * low + 0.5 * high;
+        const glm::dvec3 low(root_->low), high(root_->high);
+        // The origin is rounded in world coordinates, and what it is from there is exact: far from 0 the model would
+        // else be shifted by the rounding.
+        const glm::dvec3 origin = mesh_.origin + (0.5 * low + 0.5 * high);
+        const glm::dvec3 middle = origin - mesh_.origin;
         double square = 0;
         const double size = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
         const double inverse = size > 0 ? 1 / size : 1;
@@ -139,10 +129,9 @@ class Builder {
             square = std::max(square, glm::dot(d, d));
         }
         double radius = std::sqrt(square) * (size > 0 ? size : 0);
-        for (const float r : cloud_radii_) radius_margin_ = std::max(radius_margin_, double(r));
-        radius = (radius + 1.5 * radius_margin_) * 1.0001;
+        const double widest = cloud_radii_.empty() ? 0 : double(*std::max_element(cloud_radii_.begin(), cloud_radii_.end()));
+        radius = (radius + 1.5 * widest) * 1.0001;
         // One point, or all equal: a sphere that is small against where it is.
-        const glm::dvec3 origin = mesh_.origin + middle;
         if (!(radius > 0)) {
             radius = std::max(1e-6 * glm::length(origin), 1e-30);
             for (float& r : cloud_radii_) r = float(0.5 * radius);
@@ -434,9 +423,8 @@ class Builder {
     mesh::Mesh mesh_;
     const BuildOptions& options_;
     BuildReport& report_;
-    Stages stages_;
+    core::Stopwatch watch_;
     std::vector<float> cloud_radii_;
-    double radius_margin_ = 0;
     std::vector<TreePoint> points_;
     std::vector<uint32_t> leaf_of_;
     std::unique_ptr<UpperCut> root_;

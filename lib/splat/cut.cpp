@@ -56,6 +56,8 @@ struct Opening {
 struct GroupCodes {
     int count;
     alignas(32) std::array<uint32_t, kGroup> normal{}, place{}, children{}, colour{};
+    // 0 where the node ends the walk: a leaf, or its children are not there.
+    alignas(32) std::array<uint32_t, kGroup> goes_on{};
     alignas(32) std::array<float, kGroup> radius{}, flatness{}, error{}, cone_cos{}, cone_sin{};
     // Above 0 where the node stands for surface on several sides: it is shown from the side it is seen from.
     alignas(32) std::array<float, kGroup> many_sided{};
@@ -65,6 +67,7 @@ struct GroupCodes {
 // What became of a group's nodes that are to be opened: bits by lane, and their state.
 struct GroupResult {
     uint32_t open = 0, inside = 0, frustum = 0, backface = 0, drawn = 0;
+    uint32_t cut_short = 0;  // bits: drawn though neither small nor a leaf
     alignas(32) std::array<float, kGroup> at[3], offset[3], normal[3], radius;
     float error_px = 0;  // of what was drawn
 };
@@ -76,7 +79,7 @@ GroupCodes take_group(const BlockView& block, uint32_t slot, int count, int pare
         const uint32_t attitude = block.attitude()[slot + uint32_t(k)], place = block.place()[slot + uint32_t(k)];
         const uint8_t shape = block.shape_of(slot + uint32_t(k));
         const auto i = size_t(k);
-        g.children[i] = attitude & 7;
+        g.children[i] = g.goes_on[i] = attitude & 7;
         g.normal[i] = attitude >> 5 & 1023u;
         g.place[i] = place;
         g.radius[i] = kRadius[place & 15];
@@ -243,9 +246,8 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         const V diameter = hn::Mul(hn::Add(radius, radius), focal);
         M small = hn::Le(diameter, hn::Mul(hn::Set(d, view.limit_diameter), nearest));
         if (view.by_error) small = hn::And(small, hn::Le(error, hn::Mul(hn::Set(d, view.limit_error), nearest)));
-        const U children = hn::Load(du, &g.children[i]);
-        const M leaf = hn::RebindMask(d, hn::Eq(children, hn::Zero(du)));
-        const M drawn = hn::And(visible, hn::Or(leaf, small));
+        const M ends = hn::RebindMask(d, hn::Eq(hn::Load(du, &g.goes_on[i]), hn::Zero(du)));
+        const M drawn = hn::And(visible, hn::Or(ends, small));
         const M open = hn::AndNot(drawn, visible);
 
         const auto bits = [&](M m) {
@@ -254,6 +256,7 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
             return uint32_t(byte[0]) << first;
         };
         result.open |= bits(open);
+        result.cut_short |= bits(hn::AndNot(small, drawn));
         result.inside |= bits(inside);
         result.frustum += uint32_t(hn::CountTrue(d, outside));
         result.backface += uint32_t(hn::CountTrue(d, backface));
@@ -373,47 +376,31 @@ struct Cut::State {
         BlockView& block = walker.open_block(model, node.block);
         if (touched[node.block].exchange(frame, std::memory_order_relaxed) != frame) ++c.blocks_touched;
         if (node.slot + node.children > block.node_count()) model.fault(node.block, "a sibling group goes beyond its nodes");
-        const GroupCodes codes = take_group(block, node.slot, node.children, node.cone, view.cull_backfaces, view.two_sided);
+        GroupCodes codes = take_group(block, node.slot, node.children, node.cone, view.cull_backfaces, view.two_sided);
+        if (!model.is_complete()) stop_at_missing(node, block, codes);
         GroupResult result;
         HWY_DYNAMIC_DISPATCH(CutGroup)(codes, node, frame_about(node.normal), view, batch, result);
         c.nodes_visited += node.children;
         c.frustum_culled += result.frustum, c.backface_culled += result.backface, c.splats += result.drawn;
         c.error_bound_px = std::max(c.error_bound_px, double(result.error_px));
         if (c.nodes_visited > most_nodes) model.fault(node.block, "is reached more than once");
+        for (uint32_t cut = result.cut_short; cut; cut &= cut - 1)
+            c.groups_missing += codes.children[size_t(__builtin_ctz(cut))] != 0;
         for (uint32_t open = result.open; open; open &= open - 1) {
             const auto k = size_t(__builtin_ctz(open));
             const GroupAt group = block.group_of(node.slot + uint32_t(k));
             if (group.block < node.block || (group.block == node.block && group.slot <= node.slot))
                 model.fault(node.block, "a node's children stand before it");
-            Opening child{{result.at[0][k], result.at[1][k], result.at[2][k]}, result.radius[k],
+            const Opening child{{result.at[0][k], result.at[1][k], result.at[2][k]}, result.radius[k],
                           {result.normal[0][k], result.normal[1][k], result.normal[2][k]}, codes.cone[k],
                           uint8_t(codes.children[k]), (result.inside >> k & 1) != 0, group.slot, group.block};
-            if (!model.has_block(group.block)) {
-                ++c.groups_missing;
-                draw(child, codes, k, batch, c);
-                continue;
-            }
             push(child, glm::dvec3(result.offset[0][k], result.offset[1][k], result.offset[2][k]));
         }
     }
 
-    // A node whose children are missing.
-    void draw(const Opening& node, const GroupCodes& codes, size_t k, geom::SplatBatch& batch, CutCounts& c) const {
-        const auto i = size_t(batch.count++);
-        batch.x[i] = glm::dot(view.right, node.at), batch.y[i] = glm::dot(view.down, node.at);
-        batch.z[i] = glm::dot(view.forward, node.at) + view.pivot_depth;
-        batch.radius[i] = node.radius;
-        const float along = glm::dot(node.normal, node.at) + view.pivot_depth * glm::dot(node.normal, view.forward);
-        const glm::vec3 shown = along > 0 && codes.many_sided[k] > 0 ? -node.normal : node.normal;
-        batch.nx[i] = glm::dot(view.right, shown), batch.ny[i] = glm::dot(view.down, shown);
-        batch.nz[i] = glm::dot(view.forward, shown);
-        batch.flatness[i] = codes.flatness[k];
-        batch.colour[i] = view.has_colour ? codes.colour[k] : view.colour;
-        const glm::vec3 p(batch.x[i], batch.y[i], batch.z[i]);
-        const float nearest = std::max(p.z - node.radius, (glm::length(p) - node.radius) * view.corner_cosine);
-        const double error = double(codes.error[k] + codes.flatness[k]) * double(node.radius) * double(view.focal);
-        c.error_bound_px = std::max(c.error_bound_px, nearest > 0 ? error / double(nearest) : std::numeric_limits<double>::infinity());
-        ++c.splats;
+    void stop_at_missing(const Opening& node, BlockView& block, GroupCodes& codes) const {
+        for (uint32_t k = 0; k < node.children; ++k)
+            if (codes.children[k] != 0 && !model.has_block(block.group_of(node.slot + k).block)) codes.goes_on[k] = 0;
     }
 
     static bool is_full(const geom::SplatBatch& batch) { return batch.count + 4 * kGroup > geom::SplatBatch::kCapacity; }

@@ -10,9 +10,10 @@ namespace splat {
 
 namespace {
 
-constexpr float kMaxInflation = 2.5f;   // beyond it a level is inserted
-constexpr float kThinWeight = 0.7f;    // what is minimised: R (1 + 0.7 rho); 1.5 is 0.2 dB better and 2 % looser
-constexpr float kTightest = 1.04f;     // no lattice point is that near the ideal centre, nearly
+// Beyond these a level is inserted.  An inner node that is coded too large makes its children small against it, and
+// them too large in turn.
+constexpr float kMaxLeafInflation = 2.5f, kMaxInnerInflation = 1.6f;
+constexpr float kThinWeight = 0.55f;    // what is minimised: R (1 + 0.55 rho); 0.6 is 0.3 dB better and half a percent looser
 constexpr float kCoarse = 0.01f;        // of the subtree's radius: below, float corners are too coarse
 constexpr float kMinRadius = 1e-12f;    // model units; points closer together than this are one
 constexpr float kRoundUp = 1.0001f;    // over the float rounding of decode and cover
@@ -71,22 +72,23 @@ int step_below(float x, int count, float scale, float linear) {
     return std::clamp(int(index + 1e-3f), 0, count - 2);
 }
 
-// Tries the eight lattice points about `ideal` on one level.
-void try_level(int level, const FramePoints& points, const glm::vec3& ideal, float smallest, float parent_radius, Choice& best) {
-    const float radius = kRadius[level] * parent_radius;
-    const float limit = centre_limit(level);
+// What is to be covered, and by whose child.
+struct Search {
+    const FramePoints& points;
+    glm::vec3 ideal;
+    float smallest;  // radius of the sphere about it
+    float parent_radius;
+};
+
+// Tries the eight lattice points of the cell from step (a, b, c) on.  Where all of them are further than `bound` (the
+// square) from the ideal centre nothing is tried.
+void try_cell(int level, int a, int b, int c, float bound, const Search& search, Choice& best) {
+    const float radius = kRadius[level] * search.parent_radius;
     const float allowed = radius * radius / (kRoundUp * kRoundUp);
-    const float scale = 1.0f / std::max(limit * parent_radius, std::numeric_limits<float>::min());
-    const int a = step_below(ideal.x * scale, kAcrossSteps, 5, kAcrossLinear), b = step_below(ideal.y * scale, kAcrossSteps, 5, kAcrossLinear);
-    const int c = step_below(ideal.z * scale, kAlongSteps, 16, kAlongLinear);
     const LatticeCell cell{{across_step(a), across_step(a + 1)}, {across_step(b), across_step(b + 1)}, {along_step(c), along_step(c + 1)},
-                           limit, parent_radius, allowed, ideal};
-    // About the centre of the smallest sphere, points are as far off on all sides: a step aside costs at least
-    // its square.  (The centre is not exact: 1 / 0.95.)
-    const bool is_last = level == kRadiusLevels - 1;
-    const float bound = is_last ? std::numeric_limits<float>::infinity() : radius * radius / 0.95f - smallest * smallest;
+                           centre_limit(level), search.parent_radius, allowed, search.ideal};
     Cover8 needed;
-    if (!cover_lattice(points, cell, bound, needed)) return;
+    if (!cover_lattice(search.points, cell, bound, needed)) return;
     for (int k = 0; k < int(kLanes); ++k) {
         for (uint32_t rho = 0; rho < 4; ++rho) {
             if (!(needed.square[rho][k] <= allowed)) continue;
@@ -96,6 +98,32 @@ void try_level(int level, const FramePoints& points, const glm::vec3& ideal, flo
             if (cost < best.cost) best = {uint32_t(level | across << 4 | (c + (k >> 2)) << 11), rho, cost};
             break;
         }
+    }
+}
+
+// Tries the lattice points about the ideal centre on one level.
+void try_level(int level, const Search& search, Choice& best) {
+    const float radius = kRadius[level] * search.parent_radius;
+    const float scale = 1.0f / std::max(centre_limit(level) * search.parent_radius, std::numeric_limits<float>::min());
+    // About the centre of the smallest sphere, points are as far off on all sides: a step aside costs at least
+    // its square.  (The centre is not exact: 1 / 0.95.)
+    const bool is_last = level == kRadiusLevels - 1;
+    const float bound = is_last ? std::numeric_limits<float>::infinity() : radius * radius / 0.95f - search.smallest * search.smallest;
+    try_cell(level, step_below(search.ideal.x * scale, kAcrossSteps, 5, kAcrossLinear),
+             step_below(search.ideal.y * scale, kAcrossSteps, 5, kAcrossLinear),
+             step_below(search.ideal.z * scale, kAlongSteps, 16, kAlongLinear), bound, search, best);
+}
+
+// For the few leaves at the rim of their parent whose best centre is not the nearest to the ideal one: the whole
+// lattice, up to the first level that has a cover.
+void try_everything(const Search& search, Choice& best) {
+    constexpr float kAnywhere = std::numeric_limits<float>::infinity();
+    for (int level = 0; level < kRadiusLevels - 1; ++level) {
+        if (kRadius[level] * search.parent_radius < search.smallest) continue;
+        for (int a = 0; a < kAcrossSteps - 1; ++a)
+            for (int b = 0; b < kAcrossSteps - 1; ++b)
+                for (int c = 0; c < kAlongSteps; c += 2) try_cell(level, a, b, c, kAnywhere, search, best);
+        if (int(best.place & 15u) == level) return;
     }
 }
 
@@ -138,13 +166,16 @@ NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& pare
     const glm::vec3 ideal = free_centre(extent);
     const float smallest = std::max(std::sqrt(farthest_square(points_, ideal)), std::min(kMinRadius, parent.radius));
 
+    const Search search{points_, ideal, smallest, parent.radius};
     Choice best;
     for (int level = 0; level < kRadiusLevels; ++level) {
         const float radius = kRadius[level] * parent.radius;
-        if (radius < kTightest * smallest && level < kRadiusLevels - 1) continue;
+        if (radius < smallest && level < kRadiusLevels - 1) continue;
         if (radius * (1.0f + kThinWeight * kFlatness[0]) >= best.cost) break;
-        try_level(level, points_, ideal, smallest, parent.radius, best);
+        try_level(level, search, best);
     }
+    const float largest = content.is_leaf ? kMaxLeafInflation : kMaxInnerInflation;
+    if (content.is_leaf && parent.radius > largest * smallest && (best.place & 15u) == kRadiusLevels - 1u) try_everything(search, best);
     const int level = int(best.place & 15u);
     result.attitude = uint16_t(cone << 3 | normal << 5);
     result.place = uint16_t(best.place);
@@ -152,7 +183,7 @@ NodeEncoder::Result NodeEncoder::encode(const Content& content, const Node& pare
     result.colour = encode_colour(content.colour);
     result.node = decode_node(result.attitude, result.place, result.shape, result.colour, parent, parent_frame);
     result.inflation = result.node.radius / smallest;
-    result.is_between = result.inflation > kMaxInflation && level < kRadiusLevels - 1;
+    result.is_between = result.inflation > largest && level < kRadiusLevels - 1;
     return result;
 }
 
@@ -362,6 +393,7 @@ class SubtreeEncoder {
             c.begin = run.begin / kMaxFanOut * kPrism;
             c.end = (run.end + kMaxFanOut - 1) / kMaxFanOut * kPrism;
         }
+        c.is_leaf = run.end - run.begin == 1;
         c.normal = normal_of(run.begin, run.end);
         c.face_normals = &face_normals_;
         c.face_begin = normal_begin_[run.begin], c.face_end = normal_begin_[run.end];

@@ -37,7 +37,7 @@ struct FitCounts {
     uint64_t leaves = 0, inner = 0;
     double leaf_inflation = 0, inner_inflation = 0;  // sums of decoded / needed radius
     float worst_leaf_inflation = 0;
-    uint64_t open_fans = 0;       // leaves whose faces do not go once round: their error is a radius
+    uint64_t open_fans = 0;       // leaves whose faces do not go once round: their error is that to their own faces
     void add(const FitCounts& o);
 };
 
@@ -51,13 +51,14 @@ struct Content {
     const PointArrays* face_normals = nullptr;  // bounded by the cone; null: no cone
     size_t face_begin = 0, face_end = 0;
     glm::u8vec3 colour{0};
+    bool is_leaf = false;
 };
 
 // Scratch of the encoder; one a thread.
 class NodeEncoder {
   public:
-    // Codes `content` under `parent`.  *inserted is set where the code is too large for the content
-    // (more than kMaxInflation) and a smaller one is in reach: the node then stands between.
+    // Codes `content` under `parent`.  is_between is set where the code is much too large for the content and a
+    // smaller one is in reach: the node then stands between, with the content as its one child.
     struct Result {
         uint16_t attitude = 0, place = 0;  // without children count and error
         uint8_t shape = 0;

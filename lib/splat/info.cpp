@@ -14,20 +14,6 @@ unsigned long long number(uint64_t value) {
     return static_cast<unsigned long long>(value);
 }
 
-std::vector<ChannelInfo> channels_of(const Header& h, uint64_t file_bytes) {
-    const auto bytes = [&](uint64_t bits) { return (h.node_count * bits + 7) / 8; };
-    std::vector<ChannelInfo> channels{{"structure_and_cone", bytes(5)},
-                                      {"normal", bytes(10)},
-                                      {"sphere", bytes(16)},
-                                      {"flatness_and_error", bytes(5)}};
-    if (h.has_colour()) channels.push_back({"colour", bytes(16)});
-    channels.push_back({"headers", kHeaderSize + h.block_count * kBlockHeaderSize});
-    uint64_t used = 0;
-    for (const ChannelInfo& c : channels) used += c.bytes;
-    channels.push_back({"unused", file_bytes - std::min(used, file_bytes)});
-    return channels;
-}
-
 std::vector<std::string> left_out_of(const Header& h) {
     std::vector<std::string> left_out;
     if (h.flags & kConstantColour)
@@ -79,6 +65,20 @@ std::string levels_text(const Info& info) {
 }
 
 }  // namespace
+
+std::vector<ChannelInfo> channels_of(const Header& h, uint64_t file_bytes) {
+    const auto bytes = [&](uint64_t bits) { return (h.node_count * bits + 7) / 8; };
+    std::vector<ChannelInfo> channels{{"structure_and_cone", bytes(5)},
+                                      {"normal", bytes(10)},
+                                      {"sphere", bytes(16)},
+                                      {"flatness_and_error", bytes(5)}};
+    if (h.has_colour()) channels.push_back({"colour", bytes(16)});
+    channels.push_back({"headers", kHeaderSize + h.block_count * kBlockHeaderSize});
+    uint64_t used = 0;
+    for (const ChannelInfo& c : channels) used += c.bytes;
+    channels.push_back({"unused", file_bytes - std::min(used, file_bytes)});
+    return channels;
+}
 
 Info read_info(const Model& model) {
     const Header& h = model.header();

@@ -23,6 +23,9 @@ struct ChannelInfo {
     uint64_t bytes;  // of the whole file, rounded up
 };
 
+// What each channel takes, and the blocks' headers and unused ends.
+std::vector<ChannelInfo> channels_of(const Header& h, uint64_t file_bytes);
+
 struct Info {
     std::string name;
     Header header;

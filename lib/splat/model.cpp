@@ -89,10 +89,4 @@ void BlockView::count_children() {
     }
 }
 
-geom::Sphere read_bounds(const std::string& path) {
-    const core::InputFile file(path);
-    const Header h = parse_header(file.bytes(), file.name());
-    return {h.origin, h.scale};
-}
-
 }  // namespace splat

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/file.h"
-#include "geom/sphere.h"
 #include "splat/format.h"
 #include "splat/node.h"
 
@@ -94,8 +93,5 @@ class BlockView {
     const uint8_t* shape_ = nullptr;
     std::vector<uint32_t> child_at_;  // block - child_block_ in the high half, slot in the low
 };
-
-// Bounding sphere of a model, world units, from its header alone.
-geom::Sphere read_bounds(const std::string& path);
 
 }  // namespace splat

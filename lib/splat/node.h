@@ -35,7 +35,7 @@ constexpr float kAcrossLinear = 0.7f, kAlongLinear = 0.35f;  // slopes of the la
 inline constexpr float kRadius[kRadiusLevels] = {0.200f, 0.245f, 0.280f, 0.310f, 0.340f, 0.370f, 0.400f, 0.432f,
                                                  0.466f, 0.502f, 0.545f, 0.595f, 0.655f, 0.730f, 0.840f, 1.0f};
 inline constexpr float kFlatness[4] = {0.03f, 0.1f, 0.3f, 1.0f};
-inline constexpr float kErrorOfRadius[8] = {0.08f, 0.14f, 0.23f, 0.36f, 0.54f, 0.78f, 1.1f, 2.0f};
+inline constexpr float kErrorOfRadius[8] = {0.08f, 0.15f, 0.26f, 0.42f, 0.65f, 0.95f, 1.35f, 2.0f};
 
 // Cones: half-angle of index k is kConeDegrees[k]; -1 is any direction.
 constexpr int kConeCount = 8;

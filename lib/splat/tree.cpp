@@ -1,6 +1,8 @@
 #include "splat/tree.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "core/parallel.h"
 
@@ -26,6 +28,14 @@ int longest_axis(const Box& box) {
     const glm::vec3 side = box.high * 0.5f - box.low * 0.5f;
     if (side.x >= side.y && side.x >= side.z) return 0;
     return side.y >= side.z ? 1 : 2;
+}
+
+// What is below it is below the true middle: the least float that is not less.  So the same shape is cut alike wherever
+// it stands.
+float middle_of(const Box& box, int axis) {
+    const double middle = 0.5 * double(box.low[axis]) + 0.5 * double(box.high[axis]);
+    const auto nearest = float(middle);
+    return double(nearest) < middle ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
 }
 
 // Where equal coordinates meet, the vertex number decides: the order depends on nothing else.
@@ -62,7 +72,7 @@ void sort_groups(std::span<TreePoint> points, uint32_t quantum) {
     if (n <= uint32_t(kMaxFanOut) && quantum == 1) return;  // one group: the order within is free
     const Box box = box_of(points);
     const int axis = longest_axis(box);
-    const float middle = box.low[axis] * 0.5f + box.high[axis] * 0.5f;
+    const float middle = middle_of(box, axis);
     uint32_t below = 0;
     for (const TreePoint& p : points) below += p.position[axis] < middle;
     const uint32_t pieces = (n + quantum - 1) / quantum;
@@ -81,7 +91,7 @@ void sort_upper(UpperCut& node, std::span<TreePoint> all, std::span<TreePoint> s
         return;
     }
     const int axis = longest_axis(box);
-    const float middle = box.low[axis] * 0.5f + box.high[axis] * 0.5f;
+    const float middle = middle_of(box, axis);
     size_t left = partition(points, axis, middle, spare.subspan(node.begin, node.size()));
     if (left == 0 || left == points.size()) {  // no float lies between: halve by count
         left = points.size() / 2;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "subject.h"
 #include "table.h"
@@ -53,25 +54,36 @@ Shape alone(const Detail& detail) {
 
 class Details : public testing::TestWithParam<Detail> {};
 
-TEST_P(Details, AreDrawnAsIfAlone) {
-    const Detail& detail = GetParam();
-    const std::string row = detail.name;
-    const Subject lonely = build(alone(detail), detail.precision);
-    const Subject scene = build(joined(detail.around(), alone(detail)), detail.precision);
-    geom::Camera camera;
-    camera.eye = detail.centre + detail.scale * glm::dvec3(1.5, 2, 4.5);
-    camera.target = detail.centre;
+// Of one view, whose other promises are held too.
+double psnr_lost(const std::string& row, const Subject& scene, const Subject& lonely, const geom::Camera& camera) {
     scene::DrawOptions options = all_detail();
     options.cut.cull_backfaces = false;
     const Picture near = draw(scene, camera, options), by_itself = draw(lonely, camera, options);
     const render::ImageDifference difference = difference_from_mesh(scene, near);
     expect_at_most(row, "bad pixels", double(bad_pixels(near.frame)), 0);
     expect_at_most(row, "holes", double(difference.holes), 0);
-    const double alone_db = difference_from_mesh(lonely, by_itself).psnr_inside_db;
-    // Groups of leaves are filled by count, so that the detail is grouped otherwise beside the scene.
-    expect_at_most(row, "psnr db lost against alone", alone_db - difference.psnr_inside_db, 1.5);
     expect_at_most(row, "error px at 0", measured_error_px(scene, near),
                    near.report.counts.error_bound_px + measurement_rounding_px(near));
+    return difference_from_mesh(lonely, by_itself).psnr_inside_db - difference.psnr_inside_db;
+}
+
+TEST_P(Details, AreDrawnAsIfAlone) {
+    const Detail& detail = GetParam();
+    const std::string row = detail.name;
+    const Subject lonely = build(alone(detail), detail.precision);
+    const Subject scene = build(joined(detail.around(), alone(detail)), detail.precision);
+    // The detail's leaves are grouped otherwise beside the scene, which moves the PSNR of a single view by a decibel
+    // either way: what counts is the mean over views.
+    constexpr int kViews = 8;
+    double lost_db = 0;
+    for (int k = 0; k < kViews; ++k) {
+        const double turn = 2 * std::numbers::pi * k / kViews;
+        geom::Camera camera;
+        camera.eye = detail.centre + detail.scale * glm::dvec3(4.75 * std::sin(turn + 0.32), 2, 4.75 * std::cos(turn + 0.32));
+        camera.target = detail.centre;
+        lost_db += psnr_lost(row, scene, lonely, camera) / kViews;
+    }
+    expect_at_most(row, "psnr db lost against alone", lost_db, 0.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, Details, testing::ValuesIn(kDetails), testing::PrintToStringParamName());

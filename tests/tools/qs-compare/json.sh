@@ -1,16 +1,4 @@
-# A picture of 4 x 2 pixels, each of which is one letter: 0 black, 1 grey, 2 light grey, 3 red.
-picture() { # NAME LETTERS
-    printf 'P6\n4 2\n255\n' > "$1"
-    local i
-    for ((i = 0; i < 8; ++i)); do
-        case ${2:i:1} in
-            0) printf '\0\0\0' ;;
-            1) printf 'ddd' ;;
-            2) printf 'nnn' ;;
-            3) printf 'ddn' ;;
-        esac
-    done >> "$1"
-}
+. "$QS_SOURCE/tests/tools/picture"
 picture a.ppm 01120110
 picture b.ppm 01101110
 qs-compare a.ppm b.ppm --json --min-psnr 60 --report report.jsonl
