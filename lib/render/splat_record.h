@@ -45,6 +45,10 @@ struct NearSplat {
 struct SetupParams {
     geom::View view;
     SplatterOptions options;
+    // Inverse depths, in those of the splats, of the view's far and near: nothing else is drawn.
+    float least_w, most_w;
+
+    bool has_limits() const { return view.near || view.far; }
 };
 
 // Pixels that a number of splats lie in, inclusive; empty to begin with.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "core/parallel.h"
 #include "render/splat_record.h"
@@ -108,6 +109,12 @@ struct alignas(64) TileState {
     float floats[kTileStateFloats];
 };
 
+// 1 / depth, both in units of the splats; `otherwise` where there is no depth.
+float inverse_of(const std::optional<double>& depth, double unit, float otherwise) {
+    if (!depth) return otherwise;
+    return float(std::min(unit / *depth, double(std::numeric_limits<float>::max())));
+}
+
 }  // namespace
 
 struct Splatter::State {
@@ -132,7 +139,9 @@ Splatter::~Splatter() = default;
 
 void Splatter::begin(const geom::View& view, const SplatterOptions& options, size_t task_count) {
     State& s = *state_;
-    s.params = {view, options};
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    s.params = {view, options, inverse_of(view.far, options.depth_unit, -kInfinity),
+                inverse_of(view.near, options.depth_unit, kInfinity)};
     s.tiles_across = (view.width + kTileWidth - 1) / kTileWidth;
     s.tiles_down = (view.height + kTileHeight - 1) / kTileHeight;
     s.task_count = task_count;

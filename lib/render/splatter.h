@@ -50,7 +50,8 @@ class Splatter {
     // batches by one thread in their order.  A splat that reaches to the eye's plane (z = 0) covers exactly
     // the pixels whose rays meet it before the eye, at some 1 ms a screen; one that contains the eye covers
     // the whole picture, at the depth where the rays leave it.  Both give way to other splats within R of
-    // depth. Left out: what is wholly behind the eye, and squares and circles with their centre behind it.
+    // depth. Left out: what is wholly behind the eye, squares and circles with their centre behind it, and of
+    // every splat the pixels where its depth is not between the view's near and far (to within 1e-6 of it).
     void add(size_t task, const SplatBatch& batch);
 
     // Call after the last add() of a task that had any: sorts its splats into tiles.

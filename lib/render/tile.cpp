@@ -45,6 +45,7 @@ struct Fragment {
 struct Surface {
     float nx, ny, nz;
     uint32_t colour;
+    float least_w, most_w;  // as in SetupParams
 };
 
 // The nearest splat has the pixel, near being pushed back by up to R towards the rim ("hill"), so
@@ -158,6 +159,21 @@ struct Blend {
     }
 };
 
+// A pixel that takes only what is between the view's near and far.
+template <class Pixel>
+struct Limited : Pixel {
+    V least_w, most_w;
+
+    HWY_INLINE explicit Limited(const Surface& surface)
+        : Pixel(surface), least_w(hn::Set(F(), surface.least_w)), most_w(hn::Set(F(), surface.most_w)) {}
+
+    HWY_INLINE void put(const Fragment& f, float* HWY_RESTRICT at) const {
+        Fragment shown = f;
+        shown.inside = hn::And(f.inside, hn::And(hn::Ge(f.w, least_w), hn::Le(f.w, most_w)));
+        Pixel::put(shown, at);
+    }
+};
+
 template <class Pixel>
 HWY_INLINE float* block_at(float* state, int bx, int by) {
     return state + size_t(by * kBlocksAcross + bx) * Pixel::kPlanes * kBlockPixels;
@@ -166,7 +182,8 @@ HWY_INLINE float* block_at(float* state, int bx, int by) {
 // Samples one splat at all pixels of the tile that its record names.  Blocks that turn out to be empty are
 // not skipped: a test in the loop cost 12 % at 3 px and 40 % at 12 px, being mispredicted.
 template <class Pixel, bool kSquare>
-HWY_INLINE void draw_splat(const SplatRecord& r, const TileJob& job, float* HWY_RESTRICT state) {
+HWY_INLINE void draw_splat(const SplatRecord& r, const SetupParams& params, const TileJob& job,
+                           float* HWY_RESTRICT state) {
     const F d;
     constexpr size_t kLanes = hn::MaxLanes(F());
     const int x0 = std::max<int>(r.x0, job.x0) - job.x0, x1 = std::min<int>(r.x1 - job.x0, kTileWidth - 1);
@@ -176,7 +193,7 @@ HWY_INLINE void draw_splat(const SplatRecord& r, const TileJob& job, float* HWY_
     // Offset of the tile's first pixel.
     const float tile_dx = static_cast<float>(job.x0 - r.x0), tile_dy = static_cast<float>(job.y0 - r.y0);
     const V one = hn::Set(d, 1.0f), edge = hn::Set(d, kEdge);
-    const Pixel pixel({r.nx, r.ny, r.nz, r.colour});
+    const Pixel pixel(Surface{r.nx, r.ny, r.nz, r.colour, params.least_w, params.most_w});
     Fragment f;
     f.push = hn::Set(d, r.push);
     for (size_t lane = 0; lane < kBlockPixels; lane += kLanes) {
@@ -222,7 +239,7 @@ void draw_near_splat(const NearSplat& s, const SetupParams& params, const TileJo
     const float centre_y = 0.5f * static_cast<float>(params.view.height) - 0.5f;
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), largest = hn::Set(d, 1.0e6f);
     const V vc = hn::Set(d, c), vg = hn::Set(d, g);
-    const Pixel pixel({s.nx, s.ny, s.nz, s.colour});
+    const Pixel pixel(Surface{s.nx, s.ny, s.nz, s.colour, params.least_w, params.most_w});
     Fragment f;
     f.t = hn::Set(d, kEdge);  // of least weight, and pushed back by all of R: gives way to whole splats
     // Whole blocks of the part of the tile that the splat may touch.
@@ -349,17 +366,23 @@ void clear(float* state) {
 }
 
 template <class Pixel, bool kSquare>
-void draw_and_shade(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
+void draw_pixels(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
     clear<Pixel>(state);
     for (const NearSplat& splat : job.near_splats) draw_near_splat<Pixel>(splat, params, job, state);
     for (const TileRun& run : job.runs) {
         for (uint32_t i = 0; i < run.count; ++i) {
             // Records of a tile are scattered over their task's; the next ones are known.
             if (i + 4 < run.count) hwy::Prefetch(run.records + run.order[i + 4]);
-            draw_splat<Pixel, kSquare>(run.records[run.order[i]], job, state);
+            draw_splat<Pixel, kSquare>(run.records[run.order[i]], params, job, state);
         }
     }
     resolve<Pixel>(params, job, state, frame);
+}
+
+template <class Pixel, bool kSquare>
+void draw_and_shade(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
+    if (params.has_limits()) return draw_pixels<Limited<Pixel>, kSquare>(params, job, state, frame);
+    draw_pixels<Pixel, kSquare>(params, job, state, frame);
 }
 
 void draw_tile(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {

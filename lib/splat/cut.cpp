@@ -34,6 +34,7 @@ struct CutView {
     glm::vec3 plane[4];        // unit normals of the sides, inwards
     float plane_offset[4];     // distance of the pivot from them
     float corner_cosine = 1;   // of the angle between the line of sight and a corner of the picture
+    float near = 0, far = 0;   // depths between which something is drawn
     float limit_error = 0;     // threshold on e f / z
     float limit_diameter = 0;  // threshold on 2 R f / z
     bool by_error = true, cull_backfaces = true, two_sided = false, has_colour = false;
@@ -208,7 +209,8 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         const V3 forward = Set3(d, view.forward);
         const V ahead = Dot(forward, at);
         const V z = hn::Add(ahead, hn::Set(d, view.pivot_depth));
-        M outside = hn::Lt(z, hn::Neg(bound));
+        M outside = hn::Or(hn::Lt(hn::Add(z, bound), hn::Set(d, view.near)),
+                           hn::Gt(hn::Sub(z, bound), hn::Set(d, view.far)));
         M inside = hn::Gt(z, bound);
         if (!parent.is_inside) {
             for (int k = 0; k < 4; ++k) {
@@ -235,7 +237,9 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         // the picture's corners are still this far ahead.
         const V reach = hn::Mul(radius, hn::Sqrt(hn::Max(zero, hn::Sub(one, hn::Mul(hn::Sub(one, hn::Mul(flat, flat)), hn::Mul(facing, facing))))));
         const V length = hn::Sqrt(square);
-        const V nearest = hn::Max(hn::Sub(z, reach), hn::Mul(hn::Sub(length, radius), hn::Set(d, view.corner_cosine)));
+        const V nearest = hn::Max(
+            hn::Set(d, view.near),
+            hn::Max(hn::Sub(z, reach), hn::Mul(hn::Sub(length, radius), hn::Set(d, view.corner_cosine))));
         const V focal = hn::Set(d, view.focal);
         // What is drawn is the plane through the centre conjugate to the line of sight: the disc, seen from the
         // front, and up to the half thickness off it where it is seen on edge.
@@ -334,10 +338,15 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
         v.plane_offset[k] = float(depth * glm::dot(n, view.forward));
     }
     v.corner_cosine = float(1 / std::sqrt(1 + half_w * half_w + half_h * half_h));
+    constexpr double kFarthest = std::numeric_limits<float>::max();
+    v.near = float(std::min(view.near.value_or(0) / h.scale, kFarthest));
+    v.far = float(std::min(view.far.value_or(kFarthest) / h.scale, kFarthest));
     v.by_error = options.by == CutBy::error;
     v.limit_error = float(options.threshold_px);
     v.limit_diameter = float(v.by_error ? options.threshold_px * double(kDiameterOfError) : options.threshold_px);
-    v.cull_backfaces = options.cull_backfaces;
+    // What near cuts open shows its inside.
+    const bool is_cut_open = view.near && *view.near / h.scale > -glm::dot(eye, view.forward) - 1.0;
+    v.cull_backfaces = options.cull_backfaces && !is_cut_open && !(h.flags & kOpenSurface);
     v.two_sided = h.flags & kCloud;
     v.has_colour = h.has_colour();
     const bool constant = h.flags & kConstantColour;
@@ -453,7 +462,6 @@ Cut::~Cut() = default;
 
 size_t Cut::begin(const geom::View& view, const CutOptions& options) {
     state_->view = make_cut_view(state_->model, view, options);
-    if (state_->model.header().flags & kOpenSurface) state_->view.cull_backfaces = false;
     if (++state_->frame == 0) {  // stamps of 256 frames ago
         for (uint64_t b = 0; b < state_->model.blocks_present(); ++b) state_->touched[b].store(0, std::memory_order_relaxed);
         state_->frame = 1;

@@ -1,8 +1,9 @@
 // Cutting a model for a view: which nodes to draw, found by walking the tree from the root.
 //
-// A node is skipped where its culling sphere is outside the view or all its normals face away, drawn
-// where its error (or diameter) is small enough on the screen, where it is a leaf, or where its children
-// are not there yet, and opened otherwise.  (Streaming QSplat, section 3.1 and figure 3.)
+// A node is skipped where its culling sphere is outside the view (its near and far too) or all its normals
+// face away (unless near cuts the model, whose inside then shows), drawn where its error (or diameter) is
+// small enough on the screen, where it is a leaf, or where its children are not there yet, and opened
+// otherwise. (Streaming QSplat, section 3.1 and figure 3.)
 //
 // The walk is in single precision relative to a pivot near what is seen, but its top, where rounding would
 // count most, is in double; subtrees below the top are tasks that may run on any thread.  The splats of a
