@@ -1,5 +1,4 @@
 // qs-render: draw the frames of a camera path.  The work is scene::ModelPainter and scene::Reference.
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -226,12 +225,8 @@ std::vector<geom::Camera> cameras_of(const Arguments& a, const splat::Model& mod
         return {a.camera.camera(bounds, a.resolution[0] / a.resolution[1])};
     }
     const core::InputFile file(a.path);
-    std::vector<geom::Camera> path = geom::parse_path(
-        {reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()}, file.name());
-    const auto has_depths = [](const geom::Camera& camera) { return camera.near || camera.far; };
-    if (std::any_of(path.begin(), path.end(), has_depths))
-        core::warn(file.name() + ": \"near\" and \"far\" left aside; all that is before the eye is drawn");
-    return path;
+    return geom::parse_path({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()},
+                            file.name());
 }
 
 // The rate at which the path's times pass.

@@ -25,7 +25,7 @@ struct Camera {
     glm::dvec3 up{0, 1, 0};
     double fovy_deg = 30;
     double time_s = 0;
-    std::optional<double> near{}, far{};  // depths; derived from the scene where absent
+    std::optional<double> near{}, far{};  // depths between which something is drawn; absent: no limit
 };
 
 // A camera on a raster of width x height pixels.
@@ -34,7 +34,7 @@ struct View {
     double focal_px = 0;
     glm::dvec3 eye{0};
     glm::dvec3 right{1, 0, 0}, down{0, 1, 0}, forward{0, 0, 1};  // orthonormal, world space
-    std::optional<double> near{}, far{};
+    std::optional<double> near{}, far{};                         // as in Camera
 
     glm::dvec3 view_from_world(const glm::dvec3& p) const {
         const glm::dvec3 d = p - eye;

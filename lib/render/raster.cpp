@@ -59,16 +59,19 @@ struct Raster {
     double half_width, half_height;
     double reach;  // no pixel centre has |X| or |Y| above it
     double slack;  // pixels by which a projection may be off inside the frame, generously
+    double near, far;  // depths, in the frame's scale, between which something is drawn
 
-    Raster(int w, int h)
-        : width(w),
-          height(h),
-          tiles_x((w + kTile - 1) / kTile),
-          tiles_y((h + kTile - 1) / kTile),
-          half_width(0.5 * w),
-          half_height(0.5 * h),
+    Raster(const geom::View& view, double scale)
+        : width(view.width),
+          height(view.height),
+          tiles_x((width + kTile - 1) / kTile),
+          tiles_y((height + kTile - 1) / kTile),
+          half_width(0.5 * width),
+          half_height(0.5 * height),
           reach(std::max(half_width, half_height)),
-          slack(reach * 0x1p-40) {}
+          slack(reach * 0x1p-40),
+          near(view.near.value_or(0) * scale),
+          far(view.far.value_or(std::numeric_limits<double>::infinity()) * scale) {}
 
     PixelBox all() const { return {0, 0, width - 1, height - 1}; }
     PixelBox tile(int tx, int ty) const {
@@ -202,6 +205,7 @@ struct TileBuffer {
 
 void draw_triangle(const Raster& raster, const TriangleSetup& setup, const PixelBox& box,
                    const PixelBox& tile, uint32_t triangle, TileBuffer& out) {
+    if (setup.farthest < raster.near || setup.nearest > raster.far) return;
     for (int j = box.first_y; j <= box.last_y; ++j) {
         const double y = raster.centre_y(j);
         for (int i = box.first_x; i <= box.last_x; ++i) {
@@ -219,7 +223,7 @@ void draw_triangle(const Raster& raster, const TriangleSetup& setup, const Pixel
                               weights.z * setup.vertices[2]->z) *
                              inverse;
             const double shown = std::clamp(z, setup.nearest, setup.farthest);
-            if (!(shown < out.z[at])) continue;
+            if (!(shown < out.z[at]) || shown < raster.near || shown > raster.far) continue;
             out.z[at] = shown;
             out.triangle[at] = triangle;
             out.weight_b[at] = float(weights.y * inverse);
@@ -444,9 +448,9 @@ MeshRaster::~MeshRaster() = default;
 
 void MeshRaster::draw(const geom::View& view, Shade shade, glm::u8vec3 background, Frame& frame) {
     frame.resize(view.width, view.height);
-    const Raster raster(view.width, view.height);
-    const Shader shader(view, shade, background);
     const double scale = state_->frame_scale(view);
+    const Raster raster(view, scale);
+    const Shader shader(view, shade, background);
     state_->transform(raster, view, scale);
     state_->sort_into_tiles(raster);
     core::parallel_for(size_t(raster.tiles_x) * size_t(raster.tiles_y), [&](size_t tile) {

@@ -26,8 +26,9 @@ namespace render {
 // shows.  A cloud draws nothing.
 //
 // Depths are view z, always finite where a pixel is covered; a depth beyond float is the largest float.
-// Parallel; the same frame for any number of threads; one draw() at a time.  The frame is resized to the
-// view, whose near and far are not looked at: the eye's plane is the near plane.
+// Points that are not between the view's near and far are not drawn, so that what is behind them shows;
+// without near the eye's plane is the near plane.  Parallel; the same frame for any number of threads; one
+// draw() at a time.  The frame is resized to the view.
 // Exact while the magnitudes of the coordinates (from the eye) differ by less than 1e60 in one scene.
 // Memory: 40 bytes a vertex (52 where normals are computed) and 12 a triangle in view, kept between frames.
 class MeshRaster {

@@ -130,6 +130,30 @@ Hit exact_hit(const glm::i64vec3 (&p)[3], int width, int height, int x, int y) {
     return {true, double(det) / (double(side[0] + side[1] + side[2]) / double(fine * fine))};
 }
 
+TEST(MeshRaster, DrawsOnlyBetweenNearAndFar) {
+    Mesh mesh = icosphere(3);
+    mesh.origin = {0, 0, 3};
+    View view = axis_view(64, 48, 60);
+    const Frame all = draw(mesh, view);
+    view.far = 2.3;
+    const Frame before = draw(mesh, view);
+    view.far.reset(), view.near = 2.3;
+    const Frame behind = draw(mesh, view);
+    int cut = 0, seen_behind = 0;
+    for (size_t i = 0; i < all.depth.size(); ++i) {
+        const bool is_before = all.depth[i] <= 2.3f;
+        EXPECT_EQ(before.depth[i], is_before ? all.depth[i] : INFINITY);
+        EXPECT_GE(behind.depth[i], is_before ? 2.3f : all.depth[i]);
+        if (!is_before) {
+            EXPECT_EQ(behind.depth[i], all.depth[i]);
+        }
+        cut += is_before;
+        seen_behind += is_before && std::isfinite(behind.depth[i]);
+    }
+    EXPECT_GT(cut, 200);
+    EXPECT_EQ(seen_behind, cut) << "the far side of the sphere shows through the hole";
+}
+
 TEST(MeshRaster, CoversExactlyTheCentresInsideATriangle) {
     const int width = 40, height = 30;
     const View view = axis_view(width, height, 0.5);

@@ -370,8 +370,64 @@ TEST(Splatter, DrawsTheSameFrameWithAnyNumberOfThreads) {
     }
 }
 
+// The frame of one splat with limits is the one without, less the pixels beyond them.
+TEST(Splatter, DrawsOnlyBetweenNearAndFar) {
+    std::mt19937 random(21);
+    std::uniform_real_distribution<float> place(-1, 1), part(0, 1);
+    constexpr double kRounding = 1e-6;
+    size_t kept = 0, left_out = 0;
+    for (const SplatKind kind :
+         {SplatKind::square, SplatKind::circle, SplatKind::ellipse, SplatKind::smooth}) {
+        for (int round = 0; round < 60; ++round) {
+            // Every third reaches behind the eye.
+            const float z = round % 3 == 0 ? 0.5f : 3 + place(random);
+            const std::vector<Splat> splat{
+                {{place(random), place(random), z}, 1, random_unit(random), 0.05f + 0.95f * part(random)}};
+            geom::View view = view_of(64, 48, 40);
+            SplatterOptions options{kind, Shade::normal};
+            options.background = {1, 2, 3};
+            options.depth_unit = 1000;
+            const Frame all = draw(view, options, splat);
+            view.near = 1000.0 * std::max(0.01f, z - 0.5f * part(random));
+            if (round % 2 == 0) view.far = *view.near + 200.0 * double(part(random));
+            const Frame some = draw(view, options, splat);
+            for (size_t i = 0; i < all.depth.size(); ++i) {
+                const double depth = double(all.depth[i]), far = view.far.value_or(1e30);
+                if (!std::isfinite(all.depth[i])) continue;
+                if (std::abs(depth - *view.near) < kRounding * depth ||
+                    std::abs(depth - far) < kRounding * depth)
+                    continue;
+                const bool is_shown = depth > *view.near && depth < far;
+                (is_shown ? kept : left_out) += 1;
+                ASSERT_EQ(some.depth[i], is_shown ? all.depth[i] : INFINITY) << "kind " << int(kind);
+                for (size_t c = 3 * i; c < 3 * i + 3; ++c)
+                    ASSERT_EQ(some.rgb[c], is_shown ? all.rgb[c] : c % 3 + 1) << "kind " << int(kind);
+            }
+        }
+    }
+    EXPECT_GT(kept, 10000u);
+    EXPECT_GT(left_out, 10000u);
+}
+
+TEST(Splatter, ShowsWhatIsBehindWhatNearLeavesOut) {
+    const Splat front{{0, 0, 2}, 0.5f, {0, 0, -1}, 0.1f, 0x000000ff},
+        back{{0, 0, 4}, 1, {0, 0, -1}, 0.1f, 0x0000ff00};
+    geom::View view = view_of(64, 48, 40);
+    for (const SplatKind kind :
+         {SplatKind::square, SplatKind::circle, SplatKind::ellipse, SplatKind::smooth}) {
+        const Frame alone = draw(view, {kind, Shade::flat, true}, {back});
+        geom::View limited = view;
+        limited.near = 3;
+        EXPECT_EQ(draw(limited, {kind, Shade::flat, true}, {front, back}).rgb, alone.rgb);
+        limited.near.reset(), limited.far = 3;
+        EXPECT_EQ(draw(limited, {kind, Shade::flat, true}, {front, back}).rgb,
+                  draw(view, {kind, Shade::flat, true}, {front}).rgb);
+    }
+}
+
 TEST(Splatter, DrawsTheSameFrameWithAnyInstructionSet) {
-    const geom::View view = view_of(317, 211, 200);
+    geom::View view = view_of(317, 211, 200);
+    view.near = 1.5;
     const std::vector<Splat> splats = random_scene(5000, 13);
     for (const SplatKind kind : {SplatKind::square, SplatKind::ellipse, SplatKind::smooth}) {
         for (const Shade shade : {Shade::lit, Shade::normal}) {

@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "scene/draw.h"
+#include "scene/reference.h"
 #include "test_meshes.h"
 #include "views.h"
 
@@ -74,6 +75,51 @@ TEST(ModelPainter, GivesDepthsInWorldUnits) {
         const float middle = drawn.frame.depth[size_t(view.height / 2 * view.width + view.width / 2)];
         const double distance = glm::length(view.eye - model.header().origin);
         EXPECT_NEAR(double(middle), distance - scale, 0.02 * scale);
+    }
+}
+
+// Against the mesh drawn with the same limits: what near cuts open shows its inside, and the limits are seen
+// by the walk, too.
+TEST(ModelPainter, DrawsOnlyBetweenNearAndFar) {
+    const mesh::Mesh mesh = bumpy_torus(60, 160);
+    const splat::Model model = build_model(mesh);
+    const geom::View whole = fitted_view(model);
+    const double middle = glm::dot(model.header().origin - whole.eye, whole.forward);
+    const double reach = model.header().scale;
+    scene::Reference reference(mesh, "torus", true);
+    const Drawn all = draw(model, whole, {});
+    const std::pair<double, double> limits[] = {{-0.1, 2}, {0, 0.3}, {0.2, 2}, {-2, 0}, {-2, 2}};
+    for (const auto& [from, to] : limits) {
+        geom::View view = whole;
+        view.near = middle + from * reach, view.far = middle + to * reach;
+        const Drawn some = draw(model, view, {});
+        for (const float depth : some.frame.depth) {
+            if (!std::isfinite(depth)) continue;
+            EXPECT_GT(double(depth), *view.near * (1 - 1e-6));
+            EXPECT_LT(double(depth), *view.far * (1 + 1e-6));
+        }
+        const scene::ReferenceMeasures m = reference.measure(view, render::Shade::lit, {0, 0, 0}, some.frame);
+        EXPECT_GT(m.difference.coverage_iou, 0.95) << from << " to " << to;
+        EXPECT_LE(m.measured_error_px, some.report.counts.error_bound_px + 2e-3);
+        if (from > -1 || to < 1) {
+            EXPECT_GT(some.report.counts.frustum_culled, all.report.counts.frustum_culled) << from;
+        } else {
+            EXPECT_EQ(some.frame.rgb, all.frame.rgb);
+        }
+    }
+}
+
+TEST(ModelPainter, BoundsTheErrorBesideTheEyeWhereNearKeepsItOff) {
+    const mesh::Mesh mesh = bumpy_torus(60, 160);
+    const splat::Model model = build_model(mesh);
+    scene::Reference reference(mesh, "torus", true);
+    for (geom::View view : close_views(model, mesh, 20)) {
+        view.near = 0.05 * model.header().scale;
+        const Drawn drawn = draw(model, view, {});
+        EXPECT_TRUE(std::isfinite(drawn.report.counts.error_bound_px));
+        const scene::ReferenceMeasures m =
+            reference.measure(view, render::Shade::lit, {0, 0, 0}, drawn.frame);
+        EXPECT_LE(m.measured_error_px, drawn.report.counts.error_bound_px + 2e-3);
     }
 }
 
