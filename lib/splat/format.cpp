@@ -20,7 +20,7 @@ constexpr size_t kHeaderChecksumAt = kHeaderSize - 8;
     throw core::Error(name + ": header: " + what);
 }
 
-void check_counts(const Header& h, const std::string& name) {
+void check_layout(const Header& h, const std::string& name) {
     if (h.block_size < kMinBlockSize || h.block_size > kMaxBlockSize || !std::has_single_bit(h.block_size))
         refuse(name, core::text("block size %u is not a power of two from %u to %u", h.block_size,
                                 kMinBlockSize, kMaxBlockSize));
@@ -36,6 +36,8 @@ void check_counts(const Header& h, const std::string& name) {
                                 static_cast<unsigned long long>(h.block_count)));
     if (h.level_count < 1 || h.level_count > kMaxLevels)
         refuse(name, core::text("%u levels, 1 to %d are possible", h.level_count, kMaxLevels));
+    if ((h.flags & kHasColour) && (h.flags & kConstantColour))
+        refuse(name, "one colour for all, and one for each node");
 }
 
 void check_root(const Header& h, const std::string& name) {
@@ -134,7 +136,7 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     h.root_error = r.take<float>();
     h.root_cone = r.take<int32_t>();
     for (uint8_t& c : h.colour) c = r.take<uint8_t>();
-    check_counts(h, name);
+    check_layout(h, name);
     check_root(h, name);
     return h;
 }

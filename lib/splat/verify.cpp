@@ -24,8 +24,6 @@ void check_header(const core::InputFile& file) {
     };
     constexpr uint32_t kKnown = kHasColour | kConstantColour | kOpenSurface | kCloud;
     if (h.flags & ~kKnown) refuse(core::text("unknown flags %08x", h.flags & ~kKnown));
-    if ((h.flags & kHasColour) && (h.flags & kConstantColour))
-        refuse("one colour for all, and one for each node");
     if ((h.flags & kCloud) && !(h.flags & kOpenSurface)) refuse("bare points as a closed surface");
     if ((h.flags & kCloud) && h.triangles_in > 0)
         refuse(core::text("bare points with %llu triangles", number(h.triangles_in)));

@@ -80,6 +80,8 @@ TEST(QsHeader, RefusesWhatCannotBe) {
     EXPECT_NE(refusal_after([](H& h) { h.leaf_count = 0; }), "");
     EXPECT_NE(refusal_after([](H& h) { h.level_count = 0; }), "");
     EXPECT_NE(refusal_after([](H& h) { h.level_count = 4097; }), "");
+    EXPECT_EQ(refusal_after([](H& h) { h.flags |= splat::kConstantColour; }),
+              "m.qs: header: one colour for all, and one for each node");
     EXPECT_NE(refusal_after([](H& h) { h.root_children = 0; }), "");
     EXPECT_NE(refusal_after([](H& h) { h.root_children = 8; }), "");
     EXPECT_NE(refusal_after([](H& h) { h.origin.y = std::nan(""); }), "");
