@@ -53,12 +53,12 @@ std::string size_text(uint64_t bytes) {
 
 std::string levels_text(const Info& info) {
     std::string out =
-        "level      nodes     leaves  radius mean   radius max   error mean    error max  prefix\n";
+        "level      nodes     leaves  radius mean   radius max   error mean    error max  prefix bytes\n";
     for (size_t l = 0; l < info.levels.size(); ++l) {
         const LevelInfo& level = info.levels[l];
-        out += core::text("%5zu %10llu %10llu %12.5g %12.5g %12.5g %12.5g  %s%s\n", l, number(level.nodes),
-                          number(level.leaves), level.radius_mean, level.radius_max, level.error_mean,
-                          level.error_max, size_text(level.prefix_bytes).c_str(),
+        out += core::text("%5zu %10llu %10llu %12.5g %12.5g %12.5g %12.5g  %12llu%s\n", l,
+                          number(level.nodes), number(level.leaves), level.radius_mean, level.radius_max,
+                          level.error_mean, level.error_max, number(level.prefix_bytes),
                           l > info.levels_complete ? ", incomplete" : "");
     }
     return out;
@@ -99,7 +99,8 @@ Info read_info(const Model& model) {
         level.error_mean += error, level.error_max = std::max(level.error_max, error);
         level.prefix_bytes = prefix_bytes;
     };
-    add(info.levels.emplace_back(), model.root(), kHeaderSize);
+    // The root is in the header, but without a block behind it a header is no model.
+    add(info.levels.emplace_back(), model.root(), kHeaderSize + h.block_size);
     info.opened = 1;
     walk(model, kMaxLevels, [&](const WalkedNode& n) {
         if (n.level >= info.levels.size()) info.levels.emplace_back();

@@ -15,7 +15,7 @@ struct LevelInfo {
     uint64_t nodes = 0, leaves = 0;
     double radius_mean = 0, radius_max = 0;
     double error_mean = 0, error_max = 0;
-    uint64_t prefix_bytes = 0;  // from the start of the file to the end of the block with its last node
+    uint64_t prefix_bytes = 0;  // to the end of the block with its last node: a prefix that shows it whole
 };
 
 struct ChannelInfo {

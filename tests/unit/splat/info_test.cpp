@@ -66,7 +66,7 @@ TEST(Info, LevelsAddUpToTheModel) {
 TEST(Info, PrefixBytesHoldTheLevel) {
     const Bytes bytes = build_bytes(bumpy_torus(60, 160));
     const splat::Info whole = splat::read_info(open_model(bytes));
-    for (uint32_t l = 1; l <= whole.header.level_count; ++l) {
+    for (uint32_t l = 0; l <= whole.header.level_count; ++l) {
         const auto prefix = ptrdiff_t(whole.levels[l].prefix_bytes);
         const splat::Info info = splat::read_info(open_model(Bytes(bytes.begin(), bytes.begin() + prefix)));
         EXPECT_GE(info.levels_complete, l);
