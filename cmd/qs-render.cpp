@@ -17,6 +17,7 @@
 #include "render/image.h"
 #include "scene/draw.h"
 #include "scene/frame_report.h"
+#include "scene/outputs.h"
 #include "scene/reference.h"
 
 namespace {
@@ -236,18 +237,6 @@ double frames_per_s(const Arguments& a, const std::vector<geom::Camera>& path) {
     return fps >= 0.001 && fps <= 1000 ? fps : geom::kDefaultFps;
 }
 
-// Refuses names that would overwrite an input, or several pictures in one file.
-void check_output(const std::string& name, bool holds_one, size_t frames, const Arguments& a) {
-    const bool is_numbered = render::has_frame_number(name);
-    if (holds_one && frames > 1 && !is_numbered && name != "-")
-        throw UsageError(
-            text("%s: one file for %zu frames; number them with %%04d in the name", name.c_str(), frames));
-    for (size_t i = 0; i < (is_numbered ? frames : 1); ++i)
-        for (const std::string& input : {a.source, a.path, a.reference})
-            if (core::same_file(input, render::frame_name(name, int(i))))
-                throw UsageError(render::frame_name(name, int(i)) + ": is input and output");
-}
-
 std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const splat::Model& model) {
     if (a.reference.empty()) return nullptr;
     const bool has_colour = model.header().flags & (splat::kHasColour | splat::kConstantColour);
@@ -260,7 +249,7 @@ std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const splat::
 
 void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat::Model& model,
                  const std::vector<geom::Camera>& path) {
-    core::Report report({a.source, a.path, a.output, a.depth, a.reference});
+    core::Report report({a.source, a.path, a.reference});
     render::FrameWriter writer(a.output, format_of(a), frames_per_s(a, path));
     const std::unique_ptr<scene::Reference> reference = reference_of(a, model);
     scene::ModelPainter painter(model);
@@ -293,8 +282,8 @@ void run(const Arguments& a) {
     const scene::DrawOptions draw = draw_options(a);
     const splat::Model model(a.source);
     const std::vector<geom::Camera> path = cameras_of(a, model);
-    if (!a.output.empty()) check_output(a.output, format_of(a) == render::ImageFormat::png, path.size(), a);
-    if (!a.depth.empty()) check_output(a.depth, true, path.size(), a);
+    scene::check({a.output, a.depth, format_of(a), a.report}, std::array{a.source, a.path, a.reference},
+                 path.size());
     if (!model.is_complete())
         core::warn(text("%s: holds %llu of %llu blocks; what is drawn is as fine as they are",
                         model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),

@@ -381,6 +381,14 @@ bool same_file(const std::string& a, const std::string& b) {
            first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 
+std::string overwritten_file(const std::string& path) {
+    struct stat status = {};
+    if (path.empty() || path == "-") return "";
+    if (::stat(path.c_str(), &status) == 0) return S_ISCHR(status.st_mode) ? std::string() : resolved(path);
+    const std::string folder = folder_of(path);
+    return resolved(folder.empty() ? "." : folder) + "/" + path.substr(folder.size());
+}
+
 void refuse_binary_to_terminal(bool spelled_out) {
     if (!spelled_out && ::isatty(STDOUT_FILENO))
         throw UsageError("standard output is a terminal; name a file with -o, or spell out '-o -'");

@@ -71,6 +71,11 @@ void write_standard_output(std::string_view data, bool flush);
 // True if both names exist and are one file (device and inode).  "-" is nobody's equal.
 bool same_file(const std::string& a, const std::string& b);
 
+// What is lost when something else is written to `path`: the file's full name, after links, whether or not it
+// exists yet.  Equal for two outputs of which one would overwrite the other.  Empty for "" and "-", and for a
+// character device such as /dev/null, which keeps nothing.
+std::string overwritten_file(const std::string& path);
+
 // Throws UsageError where `path` is "-" or absent-by-default, standard output is a terminal and
 // the user did not spell out "-": binary is never written to a terminal unasked.
 void refuse_binary_to_terminal(bool spelled_out);

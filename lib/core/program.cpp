@@ -491,8 +491,9 @@ struct Report::State {
 };
 
 Report::Report(const std::vector<std::string>& others) {
+    const std::string file = overwritten_file(settings.report);
     for (const std::string& other : others)
-        if (other == settings.report ? other != "-" && !other.empty() : same_file(other, settings.report))
+        if (!file.empty() && (overwritten_file(other) == file || same_file(other, settings.report)))
             throw UsageError("--report: " + other + " is what the job reads or writes");
     if (!settings.report.empty()) state_ = std::make_unique<State>(settings.report);
 }

@@ -319,6 +319,20 @@ TEST_F(SameFile, SeesThroughLinks) {
     EXPECT_FALSE(core::same_file("missing", "missing"));
 }
 
+TEST_F(SameFile, TellsWhatWouldBeOverwritten) {
+    std::filesystem::create_directory("d");
+    std::filesystem::create_directory_symlink("d", "link");
+    write_text("d/there", "text");
+    std::filesystem::create_symlink("d/there", "soft");
+    using core::overwritten_file;
+    EXPECT_EQ(overwritten_file("d/there"), std::filesystem::canonical("d/there").string());
+    EXPECT_EQ(overwritten_file("soft"), overwritten_file("link/../d/there"));
+    EXPECT_EQ(overwritten_file("link/not_yet"), overwritten_file("./d/not_yet"));
+    EXPECT_EQ(overwritten_file("not_yet"), overwritten_file("d/../not_yet"));
+    EXPECT_NE(overwritten_file("not_yet"), overwritten_file("d/not_yet"));
+    for (const char* nothing : {"", "-", "/dev/null"}) EXPECT_EQ(overwritten_file(nothing), "");
+}
+
 TEST_F(SameFile, DashIsNobodysEqual) {
     write_text("-", "text");
     EXPECT_FALSE(core::same_file("-", "-"));

@@ -286,6 +286,16 @@ TEST_F(Program, ReportIsJsonLinesWithNullForWhatIsNotFinite) {
     EXPECT_TRUE(run({"--report", "-"}, job).out.ends_with("wanted"));
 }
 
+TEST_F(Program, AReportIsNotWrittenOverTheJobsFiles) {
+    std::filesystem::create_directory("d");
+    const auto job = [](Sample&) { core::Report report({"", "-", "d/out.png", "/dev/null"}); };
+    for (const char* name : {"d/out.png", "./d/../d/out.png"})
+        EXPECT_EQ(run({"--report", name}, job).exit_status, 2) << name;
+    for (const char* name : {"-", "out.png", "/dev/null"})
+        EXPECT_EQ(run({"--report", name}, job).exit_status, 0) << name;
+    EXPECT_EQ(count_files(), 1u);
+}
+
 TEST_F(Program, AReportWithoutCommitLeavesNothing) {
     const auto job = [](Sample&) {
         core::Report report({});
