@@ -23,6 +23,16 @@ void PrintTo(const Defect& defect, std::ostream* out) {
 }
 
 const Defect kDefects[] = {
+    {"binary-cut-off.off", "face 4: 3 colour components in the 10 bytes that are left"},
+    {"binary-huge-colour.off", "face 4: 2147483647 colour components in the 12 bytes that are left"},
+    {"binary-huge-face.off", "face 4: 2147483647 corners in the 32 bytes that are left"},
+    {"binary-index-out-of-range.off", "face 4 uses vertex -1, file has 5 vertices"},
+    {"binary-lying-face-count.off", "header: 2147483647 faces in the 204 bytes that are left"},
+    {"binary-lying-vertex-count.off", "header: 2147483647 vertices in the 204 bytes that are left"},
+    {"binary-nan.off", "vertex 4: coordinate is not finite (drop it with --skip-bad)"},
+    {"binary-negative-count.off", "header: -5 vertices"},
+    {"binary-no-counts.off", "header: the file ends at byte 10"},
+    {"binary-too-many-faces.off", "36 bytes stand after the last face"},
     {"count-beyond-64-bits.ply", "line 3: '99999999999999999999' is not a whole number"},
     {"count-too-small-ascii.ply", "line 19: '4' stands after the last element of the header"},
     {"count-too-small.ply", "13 bytes stand after the last element of the header"},
@@ -153,6 +163,8 @@ const Whole kWholes[] = {{"mesh-ascii.ply", 1},
                          {"mesh-all-of-f.obj", kAny},
                          {"mesh-plain.off", 1},
                          {"mesh-colours.off", sizeof " 200 0 0"},
+                         {"mesh-binary.off", 0},
+                         {"mesh-binary-all.off", 0},
                          {"mesh-ascii.stl", sizeof " pyramid"},
                          {"mesh-binary.stl", 0}};
 INSTANTIATE_TEST_SUITE_P(Formats, Truncated, testing::ValuesIn(kWholes));

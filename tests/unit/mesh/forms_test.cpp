@@ -103,6 +103,8 @@ const Form kForms[] = {
     {"mesh-plain.off", "off", 5, kSquareFromZero, false, false, true},
     {"mesh-colours.off", "off", 5, kSquareFromZero, false, true, true},
     {"mesh-normals.off", "off", 5, kSquareFromZero, true, false, true},
+    {"mesh-binary.off", "off binary", 5},
+    {"mesh-binary-all.off", "off binary", 5, kSquareFromZero, true, true},
     {"mesh-ascii.stl", "stl ascii", 6, kSquareFromZero, false, false, true},
     {"mesh-binary.stl", "stl binary", 6},
 };
