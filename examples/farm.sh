@@ -11,4 +11,5 @@ trap 'rm -rf "$work"' EXIT
 split --number=l/"$workers" --numeric-suffixes --elide-empty-files "$path" "$work/part-"
 printf '%s\n' "$work"/part-* |
     xargs -P "$workers" -I{} qs-render "$model" --path {} --threads 1 --format ppm -o {}.frames
-cat "$work"/part-*.frames | ffmpeg -loglevel error -y -f image2pipe -framerate 24 -i - -pix_fmt yuv420p "$video"
+cat "$work"/part-*.frames | ffmpeg -loglevel error -y -f image2pipe -framerate 24 -i - -pix_fmt yuv420p \
+    -colorspace smpte170m "$video"

@@ -8,5 +8,5 @@ model=$1 name=$2
 qs-path orbit "$model" --frames 180 --elevation 20 >"$name.jsonl"
 for shade in lit level; do
     qs-render "$model" --path "$name.jsonl" --shade $shade -o - |
-        ffmpeg -loglevel error -y -i - -pix_fmt yuv420p "$name-$shade.mp4"
+        ffmpeg -loglevel error -y -i - -pix_fmt yuv420p -colorspace smpte170m "$name-$shade.mp4"
 done

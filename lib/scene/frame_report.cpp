@@ -1,8 +1,15 @@
 #include "scene/frame_report.h"
 
+#include <cmath>
+
 namespace scene {
 
 namespace {
+
+// To whole microseconds: a clock's further digits mean nothing.
+double rounded(double ms) {
+    return std::round(ms * 1000) / 1000;
+}
 
 void add_reference(core::Json& json, const ReferenceMeasures& measures) {
     const render::ImageDifference& d = measures.difference;
@@ -24,11 +31,11 @@ core::Json to_json(const FrameReport& report, const splat::Model& model) {
     json["frame"] = report.frame;
     json["t"] = report.time_s;
     core::Json& ms = json["ms"];
-    ms["traverse"] = report.draw.traverse_ms;
-    ms["draw"] = report.draw.draw_ms;
-    ms["write"] = report.write_ms;
-    ms["total"] = report.draw.traverse_ms + report.draw.draw_ms + report.write_ms;
-    if (report.reference) ms["reference"] = report.reference_ms;
+    ms["traverse"] = rounded(report.draw.traverse_ms);
+    ms["draw"] = rounded(report.draw.draw_ms);
+    ms["write"] = rounded(report.write_ms);
+    ms["total"] = rounded(report.draw.traverse_ms + report.draw.draw_ms + report.write_ms);
+    if (report.reference) ms["reference"] = rounded(report.reference_ms);
     json["nodes_visited"] = counts.nodes_visited;
     json["nodes_culled"] = {{"frustum", counts.frustum_culled}, {"backface", counts.backface_culled}};
     json["splats"] = counts.splats;

@@ -18,6 +18,14 @@ struct FrameReport {
     double write_ms = 0;      // waiting for the writer, which works behind the renderer
     double reference_ms = 0;  // drawing the reference and measuring; not part of the total
     std::optional<ReferenceMeasures> reference{};
+
+    // What was drawn may be further off than was asked for: there was nothing finer.  Never with a threshold of 0,
+    // which asks for all there is, or one on diameters.
+    bool misses_threshold() const {
+        constexpr double kRounding = 1 + 1e-6;
+        return cut.by == splat::CutBy::error && cut.threshold_px > 0 &&
+               draw.counts.error_bound_px > kRounding * cut.threshold_px;
+    }
 };
 
 // Infinite measures become null when they are written.

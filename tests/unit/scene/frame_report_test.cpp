@@ -85,3 +85,25 @@ TEST(FrameReport, NamesTheThresholdByItsMeaning) {
     EXPECT_EQ(json["threshold_diameter_px"], 3.0);
     EXPECT_FALSE(json.contains("threshold_px"));
 }
+
+TEST(FrameReport, SaysWhereNothingFinerWasThere) {
+    scene::FrameReport report;
+    report.cut.threshold_px = 0.5;
+    for (const auto& [bound_px, misses] :
+         {std::pair(0.4, false), {0.5, false}, {0.51, true}, {INFINITY, true}}) {
+        report.draw.counts.error_bound_px = bound_px;
+        EXPECT_EQ(report.misses_threshold(), misses) << bound_px;
+    }
+    report.cut.threshold_px = 0;
+    EXPECT_FALSE(report.misses_threshold()) << "all detail was asked for, and drawn";
+    report.cut.threshold_px = 0.5, report.cut.by = splat::CutBy::diameter;
+    EXPECT_FALSE(report.misses_threshold());
+}
+
+TEST(FrameReport, RoundsTimesToMicroseconds) {
+    const splat::Model model = build_model(tetrahedron());
+    scene::FrameReport report = full_report(splat::CutBy::error);
+    report.draw.traverse_ms = 1.2344567, report.draw.draw_ms = 2.0004, report.write_ms = 0.0004;
+    EXPECT_EQ(scene::to_json(report, model)["ms"].dump(),
+              R"({"traverse":1.234,"draw":2.0,"write":0.0,"total":3.235,"reference":0.0})");
+}
