@@ -46,12 +46,12 @@ int main(int argc, char** argv) {
 
     return program.run(argc, argv, [&] {
         if (output == "-") core::refuse_binary_to_terminal(output_option->count() > 0);
+        core::Report report({output});
         const coral::Reef reef;
         const coral::ColouredMesh mesh = coral::triangulate(reef, static_cast<int>(resolution));
         core::OutputFile file(output);
         file.write(to_ply(mesh));
         file.commit();
-        core::Report report({output});
         report.write({{"vertices", mesh.positions.size()}, {"triangles", mesh.triangles.size()}});
         report.commit();
     });
