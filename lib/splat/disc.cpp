@@ -1,11 +1,11 @@
-#include "splat/cover.h"
+#include "splat/disc.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "splat/cover.cpp"
+#define HWY_TARGET_INCLUDE "splat/disc.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -14,127 +14,31 @@ namespace splat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using D = hn::CappedTag<float, kLanes>;
+using D = hn::CappedTag<float, 8>;
 using V = hn::Vec<D>;
 
-void Rotate(const float* x, const float* y, const float* z, size_t count, const glm::vec3& base, const Frame& f,
-            float* u, float* v, float* w, Extent* extent) {
-    const D d;
-    const V bx = hn::Set(d, base.x), by = hn::Set(d, base.y), bz = hn::Set(d, base.z);
-    V low[5], high[5];
-    for (int k = 0; k < 5; ++k)
-        low[k] = hn::Set(d, std::numeric_limits<float>::infinity()), high[k] = hn::Neg(low[k]);
-    const auto dot = [&](const glm::vec3& a, V px, V py, V pz) {
-        return hn::Add(hn::Add(hn::Mul(hn::Set(d, a.x), px), hn::Mul(hn::Set(d, a.y), py)), hn::Mul(hn::Set(d, a.z), pz));
-    };
-    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-        const auto valid = hn::FirstN(d, count - i);
-        const V px = hn::Sub(hn::LoadU(d, x + i), bx), py = hn::Sub(hn::LoadU(d, y + i), by),
-                pz = hn::Sub(hn::LoadU(d, z + i), bz);
-        const V pu = dot(f.t1, px, py, pz), pv = dot(f.t2, px, py, pz), pw = dot(f.n, px, py, pz);
-        hn::StoreU(pu, d, u + i), hn::StoreU(pv, d, v + i), hn::StoreU(pw, d, w + i);
-        const V along[5] = {pu, pv, pw, hn::Add(pu, pv), hn::Sub(pu, pv)};
-        for (int k = 0; k < 5; ++k) {
-            low[k] = hn::IfThenElse(valid, hn::Min(low[k], along[k]), low[k]);
-            high[k] = hn::IfThenElse(valid, hn::Max(high[k], along[k]), high[k]);
-        }
-    }
-    for (int k = 0; k < 5; ++k) {
-        extent->low[k] = hn::GetLane(hn::MinOfLanes(d, low[k]));
-        extent->high[k] = hn::GetLane(hn::MaxOfLanes(d, high[k]));
-    }
-}
-
-// A lane a centre, as decode_offset() places it in the node's own frame; the points one by one.
-float CoverLattice(const float* u, const float* v, const float* w, size_t count, const LatticeCell& cell, float bound, Cover8* out) {
-    const D d;
-    alignas(32) static constexpr float kHighA[kLanes] = {0, 1, 0, 1, 0, 1, 0, 1}, kHighB[kLanes] = {0, 0, 1, 1, 0, 0, 1, 1},
-                                       kHighC[kLanes] = {0, 0, 0, 0, 1, 1, 1, 1};
-    const V limit = hn::Set(d, cell.limit), allowed = hn::Set(d, cell.allowed), scale = hn::Set(d, cell.scale), one = hn::Set(d, 1.0f);
-    float least = std::numeric_limits<float>::infinity();
-    for (int pass = 0; pass < 2; ++pass) {
-        for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
-            const auto pick = [&](const float* high, const float* step) {
-                return hn::IfThenElse(hn::Gt(hn::Load(d, high + lane), hn::Zero(d)), hn::Set(d, step[1]), hn::Set(d, step[0]));
-            };
-            const V a = pick(kHighA, cell.a), b = pick(kHighB, cell.b), c = pick(kHighC, cell.c);
-            const V q = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
-            const V s = hn::Mul(scale, hn::IfThenElse(hn::Gt(q, one), hn::Div(limit, hn::Sqrt(q)), limit));
-            const V cu = hn::Mul(a, s), cv = hn::Mul(b, s), cw = hn::Mul(c, s);
-            if (pass == 0) {
-                const V x = hn::Sub(cu, hn::Set(d, cell.ideal.x)), y = hn::Sub(cv, hn::Set(d, cell.ideal.y)),
-                        z = hn::Sub(cw, hn::Set(d, cell.ideal.z));
-                const V square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-                least = std::min(least, hn::GetLane(hn::MinOfLanes(d, square)));
-                continue;
-            }
-            V most0 = hn::Zero(d), most1 = hn::Zero(d), most2 = hn::Zero(d), most3 = hn::Zero(d);
-            const V weight0 = hn::Set(d, 1.0f / (kFlatness[0] * kFlatness[0])), weight1 = hn::Set(d, 1.0f / (kFlatness[1] * kFlatness[1])),
-                    weight2 = hn::Set(d, 1.0f / (kFlatness[2] * kFlatness[2]));
-            for (size_t i = 0; i < count; ++i) {
-                // Most cells fail, and most of these within a few points.
-                if (i % 8 == 7 && hn::AllTrue(d, hn::Gt(most3, allowed))) break;
-                const V du = hn::Sub(hn::Set(d, u[i]), cu), dv = hn::Sub(hn::Set(d, v[i]), cv), dw = hn::Sub(hn::Set(d, w[i]), cw);
-                const V across = hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)), along = hn::Mul(dw, dw);
-                most0 = hn::Max(most0, hn::Add(across, hn::Mul(along, weight0)));
-                most1 = hn::Max(most1, hn::Add(across, hn::Mul(along, weight1)));
-                most2 = hn::Max(most2, hn::Add(across, hn::Mul(along, weight2)));
-                most3 = hn::Max(most3, hn::Add(across, along));
-            }
-            hn::StoreU(most0, d, out->square[0] + lane), hn::StoreU(most1, d, out->square[1] + lane);
-            hn::StoreU(most2, d, out->square[2] + lane), hn::StoreU(most3, d, out->square[3] + lane);
-        }
-        if (pass == 0 && least > bound) break;
-    }
-    return least;
-}
-
-// Largest square of the distance from `c`.
-float Farthest(const float* u, const float* v, const float* w, size_t count, const glm::vec3& c) {
-    const D d;
-    V most = hn::Zero(d);
-    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-        const V x = hn::Sub(hn::LoadU(d, u + i), hn::Set(d, c.x)), y = hn::Sub(hn::LoadU(d, v + i), hn::Set(d, c.y)),
-                z = hn::Sub(hn::LoadU(d, w + i), hn::Set(d, c.z));
-        const V square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-        most = hn::Max(most, hn::IfThenElseZero(hn::FirstN(d, count - i), square));
-    }
-    return hn::GetLane(hn::MaxOfLanes(d, most));
-}
-
-float LeastDot(const float* x, const float* y, const float* z, size_t count, const glm::vec3& n) {
-    const D d;
-    const V nx = hn::Set(d, n.x), ny = hn::Set(d, n.y), nz = hn::Set(d, n.z);
-    V least = hn::Set(d, 1.0f);
-    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-        const V dot = hn::Add(hn::Add(hn::Mul(nx, hn::LoadU(d, x + i)), hn::Mul(ny, hn::LoadU(d, y + i))),
-                              hn::Mul(nz, hn::LoadU(d, z + i)));
-        least = hn::IfThenElse(hn::FirstN(d, count - i), hn::Min(least, dot), least);
-    }
-    return hn::GetLane(hn::MinOfLanes(d, least));
-}
-
-void ViewFan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& vertex, const glm::vec3& centre, const Frame& f, float radius,
-             FanView* out) {
+void ViewFan(const Fan& fan, const Disc& disc, FanView* out) {
     const D d;
     struct Turned {
         V x, y, z;
     };
+    const Frame& f = disc.frame;
+    const float radius = disc.radius;
     const auto turn = [&](V x, V y, V z) {
-        x = hn::Sub(x, hn::Set(d, centre.x)), y = hn::Sub(y, hn::Set(d, centre.y)), z = hn::Sub(z, hn::Set(d, centre.z));
+        x = hn::Add(x, hn::Set(d, fan.vertex.x)), y = hn::Add(y, hn::Set(d, fan.vertex.y)), z = hn::Add(z, hn::Set(d, fan.vertex.z));
         const auto dot = [&](const glm::vec3& a) {
             return hn::Add(hn::Add(hn::Mul(x, hn::Set(d, a.x)), hn::Mul(y, hn::Set(d, a.y))), hn::Mul(z, hn::Set(d, a.z)));
         };
         return Turned{dot(f.t1), dot(f.t2), dot(f.n)};
     };
-    const Turned v = turn(hn::Set(d, vertex.x), hn::Set(d, vertex.y), hn::Set(d, vertex.z));
+    const Turned v = turn(hn::Zero(d), hn::Zero(d), hn::Zero(d));
     const V zero = hn::Zero(d), r = hn::Set(d, radius), square = hn::Set(d, radius * radius * 1.0001f);
     V height = zero;
     *out = {false, 0, 0};
-    for (size_t i = begin; i < end; i += hn::Lanes(d)) {
-        const auto valid = hn::FirstN(d, end - i);
-        const Turned p = turn(hn::LoadU(d, &fan.p.x[i]), hn::LoadU(d, &fan.p.y[i]), hn::LoadU(d, &fan.p.z[i]));
-        const Turned q = turn(hn::LoadU(d, &fan.q.x[i]), hn::LoadU(d, &fan.q.y[i]), hn::LoadU(d, &fan.q.z[i]));
+    for (size_t i = fan.begin; i < fan.end; i += hn::Lanes(d)) {
+        const auto valid = hn::FirstN(d, fan.end - i);
+        const Turned p = turn(hn::LoadU(d, &fan.p->x[i]), hn::LoadU(d, &fan.p->y[i]), hn::LoadU(d, &fan.p->z[i]));
+        const Turned q = turn(hn::LoadU(d, &fan.q->x[i]), hn::LoadU(d, &fan.q->y[i]), hn::LoadU(d, &fan.q->z[i]));
         const V ax = hn::Sub(p.x, v.x), ay = hn::Sub(p.y, v.y), az = hn::Sub(p.z, v.z);
         const V bx = hn::Sub(q.x, v.x), by = hn::Sub(q.y, v.y), bz = hn::Sub(q.z, v.z);
         const V nx = hn::Sub(hn::Mul(ay, bz), hn::Mul(az, by)), ny = hn::Sub(hn::Mul(az, bx), hn::Mul(ax, bz)),
@@ -164,7 +68,7 @@ void ViewFan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& ve
         height = hn::Max(height, hn::IfThenElseZero(meets, hn::Min(corners, plane)));
         uint8_t bits[8] = {};
         hn::StoreMaskBits(d, hn::And(valid, crossing), bits);
-        out->crossing |= uint64_t(bits[0]) << (i - begin);
+        out->crossing |= uint64_t(bits[0]) << (i - fan.begin);
     }
     out->height = hn::GetLane(hn::MaxOfLanes(d, height));
 }
@@ -263,17 +167,17 @@ HWY_INLINE V DistanceToTriangle(D d, V px, V py, const glm::vec3& a, const glm::
     return hn::Sqrt(hn::IfThenElse(inside, hn::Mul(hn::Mul(plane, plane), hn::Set(d, 1.0f / area)), edges));
 }
 
-float FanError(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& vertex, const glm::vec3& centre, const Frame& f, float radius) {
+float FanError(const Fan& fan, const Disc& disc) {
     const D d;
     const auto turn = [&](const glm::vec3& p) {
-        const glm::vec3 x = p - centre;
-        return glm::vec3(glm::dot(f.t1, x), glm::dot(f.t2, x), glm::dot(f.n, x)) / radius;  // of order 1: squares stay in range
+        const glm::vec3 x = p + fan.vertex;
+        return glm::vec3(glm::dot(disc.frame.t1, x), glm::dot(disc.frame.t2, x), glm::dot(disc.frame.n, x)) / disc.radius;  // of order 1: squares stay in range
     };
-    const glm::vec3 v = turn(vertex);
+    const glm::vec3 v = turn(glm::vec3(0));
     glm::vec3 p[64], q[64];
-    const size_t count = std::min<size_t>(end - begin, 64);
-    for (size_t k = 0; k < count; ++k) p[k] = turn(fan.p.get(begin + k)), q[k] = turn(fan.q.get(begin + k));
-    return radius * CellBound(
+    const size_t count = std::min<size_t>(fan.end - fan.begin, 64);
+    for (size_t k = 0; k < count; ++k) p[k] = turn(fan.p->get(fan.begin + k)), q[k] = turn(fan.q->get(fan.begin + k));
+    return disc.radius * CellBound(
         1.0f, count, [&](size_t k, V x, V y) { return DistanceToTriangle(d, x, y, v, p[k], q[k]); }, [](size_t) { return 0.0f; });
 }
 
@@ -284,47 +188,17 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace splat {
 
-HWY_EXPORT(Rotate);
-HWY_EXPORT(CoverLattice);
-HWY_EXPORT(Farthest);
-HWY_EXPORT(LeastDot);
 HWY_EXPORT(NestedError);
 HWY_EXPORT(ViewFan);
 HWY_EXPORT(FanError);
 
-Extent rotate(const PointArrays& points, size_t begin, size_t end, const glm::vec3& base, const Frame& frame,
-              FramePoints& out) {
-    out.count = end - begin;
-    const size_t room = out.count + kLanes;
-    if (out.u.size() < room) out.u.resize(room), out.v.resize(room), out.w.resize(room);
-    Extent extent;
-    HWY_DYNAMIC_DISPATCH(Rotate)(points.x.data() + begin, points.y.data() + begin, points.z.data() + begin, out.count, base,
-                                 frame, out.u.data(), out.v.data(), out.w.data(), &extent);
-    return extent;
-}
-
-bool cover_lattice(const FramePoints& points, const LatticeCell& cell, float bound, Cover8& out) {
-    return HWY_DYNAMIC_DISPATCH(CoverLattice)(points.u.data(), points.v.data(), points.w.data(), points.count, cell, bound, &out) <= bound;
-}
-
-float farthest_square(const FramePoints& points, const glm::vec3& centre) {
-    return HWY_DYNAMIC_DISPATCH(Farthest)(points.u.data(), points.v.data(), points.w.data(), points.count, centre);
-}
-
-float least_dot(const PointArrays& vectors, size_t begin, size_t end, const glm::vec3& normal) {
-    return HWY_DYNAMIC_DISPATCH(LeastDot)(vectors.x.data() + begin, vectors.y.data() + begin, vectors.z.data() + begin,
-                                          end - begin, normal);
-}
-
-FanView view_fan(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& v, const glm::vec3& centre, const Frame& frame, float radius) {
+FanView view_fan(const Fan& fan, const Disc& disc) {
     FanView result;
-    HWY_DYNAMIC_DISPATCH(ViewFan)(fan, begin, end, v, centre, frame, radius, &result);
+    HWY_DYNAMIC_DISPATCH(ViewFan)(fan, disc, &result);
     return result;
 }
 
-float fan_error(const FanArrays& fan, size_t begin, size_t end, const glm::vec3& v, const glm::vec3& centre, const Frame& frame, float radius) {
-    return HWY_DYNAMIC_DISPATCH(FanError)(fan, begin, end, v, centre, frame, radius);
-}
+float fan_error(const Fan& fan, const Disc& disc) { return HWY_DYNAMIC_DISPATCH(FanError)(fan, disc); }
 
 float nested_error(float radius, std::span<const ChildShape> children) {
     return HWY_DYNAMIC_DISPATCH(NestedError)(radius, children.data(), children.size());
