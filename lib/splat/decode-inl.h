@@ -10,24 +10,12 @@
 #include <hwy/highway.h>
 
 #include "splat/node.h"
+#include "splat/vector3-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace splat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-template <class V>
-struct Vector3 {
-    V x, y, z;
-};
-template <class V>
-HWY_INLINE V Dot(const Vector3<V>& a, const Vector3<V>& b) {
-    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE Vector3<V> Set3(D d, const glm::vec3& v) {
-    return {hn::Set(d, v.x), hn::Set(d, v.y), hn::Set(d, v.z)};
-}
 
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Vector3<V> DecodeNormal(D d, hn::Vec<hn::Rebind<uint32_t, D>> code, const Frame& parent, int parent_cone) {

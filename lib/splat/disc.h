@@ -5,9 +5,10 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
+#include <vector>
 
-#include "splat/arrays.h"
 #include "splat/node.h"
+#include "splat/surface.h"
 
 namespace splat {
 
@@ -17,35 +18,22 @@ struct Disc {
     float radius;
 };
 
-// The faces [begin, end) about a vertex: p and q are their other two corners, relative to it.
-struct Fan {
-    const PointArrays *p, *q;
-    size_t begin, end;
-    glm::vec3 vertex;  // relative to the disc's centre
+// Bound on the distance of any point of a leaf's disc from the surface; centre: relative to the surface's base.
+float leaf_error(const Surface& surface, uint32_t leaf, const glm::dvec3& centre, const Disc& disc);
+
+// Bound on the distance from any point of a node's disc to the surface, given discs that each stay within their error
+// of it: the disc is cut into 48 convex cells, and the distance to a convex set is largest at a cell's corners.  Of more
+// than 64 parts the first are used.
+float nested_error(const Node& node, std::span<const Node* const> parts);
+
+// Nodes by the spheres of their discs; room for a vector more behind the last.
+struct Spheres {
+    std::vector<float> x, y, z, radius;
 };
-
-// How a fan of at most 64 faces lies over a disc.
-struct FanView {
-    bool is_folded;     // a face is not seen from the normal's side
-    float height;       // no face goes further up or down over the disc
-    uint64_t crossing;  // bit k: the edge p-q of face begin + k comes within the radius (nearly: rather yes)
+struct NodeRange {
+    uint32_t first, count;
 };
-FanView view_fan(const Fan& fan, const Disc& disc);
-
-// Bound on the distance from any point of the disc to the faces (of more than 64, the first 64), found as
-// nested_error() does.  Infinity without faces.
-float fan_error(const Fan& fan, const Disc& disc);
-
-// A child's disc in its parent's frame, for nested_error().
-struct ChildShape {
-    glm::vec3 centre;  // relative to the parent's centre, u v w
-    glm::vec3 normal;
-    float radius, error;
-};
-
-// Bound on the distance from any point of a disc (about 0, across w) to the surface, given discs that each
-// stay within their `error` of it: the disc is cut into 48 convex cells, and the distance to a convex set is
-// largest at a cell's corners.
-float nested_error(float radius, std::span<const ChildShape> children);
+// Appends those nodes of the ranges whose spheres touch the one of `node` (which touches itself).
+void touching(const Spheres& spheres, std::span<const NodeRange> ranges, uint32_t node, std::vector<uint32_t>& out);
 
 }  // namespace splat

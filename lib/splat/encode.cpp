@@ -213,13 +213,15 @@ class SubtreeEncoder {
     void note_boundary(uint32_t i) {
         ++counts_.open_fans;
         std::vector<uint32_t> left, entered;
-        const std::span fan = std::span(surface_.fan).subspan(surface_.fan_begin[i], surface_.valence(i));
-        for (const glm::u32vec2& face : fan) left.push_back(face.x), entered.push_back(face.y);
+        for (uint32_t k = surface_.fan_begin[i]; k < surface_.fan_begin[i + 1]; ++k)
+            left.push_back(surface_.fan[k].x), entered.push_back(surface_.fan[k].y);
         std::sort(left.begin(), left.end()), std::sort(entered.begin(), entered.end());
-        for (const glm::u32vec2& face : fan) {
-            if (!std::binary_search(entered.begin(), entered.end(), face.x)) boundary_.emplace_back(surface_.leaf[i], surface_.leaf[face.x]);
-            if (!std::binary_search(left.begin(), left.end(), face.y)) boundary_.emplace_back(surface_.leaf[i], surface_.leaf[face.y]);
-        }
+        const auto note_lone = [&](const std::vector<uint32_t>& ends, const std::vector<uint32_t>& partners) {
+            for (const uint32_t end_of_edge : ends)
+                if (!std::binary_search(partners.begin(), partners.end(), end_of_edge))
+                    boundary_.emplace_back(surface_.leaf[i], surface_.leaf[end_of_edge]);
+        };
+        note_lone(left, entered), note_lone(entered, left);
     }
 
     FitCounts& counts_;

@@ -158,7 +158,7 @@ class Gatherer {
     }
 
     void gather_fans() {
-        out_.fan.resize(out_.fan_begin.back());
+        out_.fan.resize(out_.fan_begin.back() + kSpare);
         std::vector<uint32_t> to(out_.fan_begin.begin(), out_.fan_begin.end() - 1);
         for (const glm::u32vec3& c : corners_)
             for (int k = 0; k < 3; ++k)
@@ -172,7 +172,7 @@ class Gatherer {
     }
 
     void reserve() {
-        const size_t faces = out_.fan.size();
+        const size_t faces = out_.fan_begin.back();
         out_.fan_p.resize(faces + kSpare), out_.fan_q.resize(faces + kSpare);
         constexpr size_t kDisc = 8;  // corners of a bare point's disc
         out_.corners.resize(in_.cloud_radii.empty() ? out_.count + 4 * faces : out_.count * (kDisc + 1));

@@ -38,7 +38,8 @@ struct Surface {
     // Corners of the faces, relative to base: the leaves, then the corners that are leaves of other subtrees.
     std::vector<glm::dvec3> at;
     std::vector<uint32_t> leaf;              // which leaf of the model each is
-    // Faces about each leaf: the other two corners p and q, in the face's sense, and where these are from the leaf.
+    // Faces about each leaf: the numbers of the other two corners p and q, in the face's sense, and where these are from
+    // the leaf.  Behind the last face there is room for kSpare more.
     std::vector<uint32_t> fan_begin;         // by leaf, and the end
     std::vector<glm::u32vec2> fan;
     PointArrays fan_p, fan_q;
