@@ -156,14 +156,8 @@ class AsciiStlReader {
 
     void read_corner() {
         if (count_ == corners_.size()) text_.fail("a facet of more than 3 vertices");
-        glm::dvec3& corner = corners_[count_++];
-        for (int k = 0; k < 3; ++k) {
-            const std::string_view word = text_.word_in_line();
-            if (word.empty()) text_.fail(core::text("expected 3 coordinates, found %d", k));
-            corner[k] = text_.number(word);
-            if (!options_.skip_bad && !std::isfinite(corner[k]))
-                text_.fail("coordinate is not finite (drop it with --skip-bad)");
-        }
+        const auto next_word = [&] { return text_.word_in_line(); };
+        corners_[count_++] = text_.point(next_word(), next_word, options_.skip_bad);
     }
 
     const Source& source_;
