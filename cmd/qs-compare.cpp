@@ -69,6 +69,7 @@ std::vector<std::string> difference_names(const Options& o, const std::vector<re
         throw core::Error(
             text("%s: cannot make the folder: %s", o.difference.c_str(), reason.message().c_str()));
     std::vector<std::string> names;
+    names.reserve(pairs.size());
     for (const render::PicturePair& pair : pairs)
         names.push_back(
             (fs::path(o.difference) / (pair.name + (pair.name.ends_with(".png") ? "" : ".png"))).string());

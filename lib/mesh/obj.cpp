@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "core/error.h"
 #include "mesh/text.h"
@@ -35,7 +34,7 @@ class ObjReader {
             if (keyword == "v")
                 read_vertex();
             else if (keyword == "vn")
-                normals_.push_back(unit_normal(read_three("components of a normal")));
+                read_normal();
             else if (keyword == "f" || keyword == "fo")
                 read_face(faces);
             else if (!is_obj_keyword(keyword))
@@ -55,7 +54,7 @@ class ObjReader {
         size_t count = 0;
         for (std::string_view word = text.word(); !word.empty(); word = text.word()) {
             count += word == keyword;
-            while (next_in_line(text).size() != 0) continue;
+            while (!next_in_line(text).empty()) continue;
         }
         return count;
     }
@@ -67,31 +66,19 @@ class ObjReader {
         return word;
     }
 
-    void skip_line() {
-        while (!next_in_line(text_).empty()) continue;
-    }
+    std::string_view next() { return next_in_line(text_); }
 
-    glm::dvec3 read_three(const char* what) {
-        glm::dvec3 out;
-        for (int k = 0; k < 3; ++k) {
-            const std::string_view word = next_in_line(text_);
-            if (word.empty()) text_.fail(core::text("expected 3 %s, found %d", what, k));
-            out[k] = text_.number(word);
-        }
-        return out;
+    void skip_line() {
+        while (!next().empty()) continue;
     }
 
     void read_vertex() {
-        const glm::dvec3 point = read_three("coordinates");
-        if (!options_.skip_bad &&
-            !(std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z)))
-            text_.fail("coordinate is not finite (drop it with --skip-bad)");
-        points_.push_back(point);
+        const auto rest = [&] { return next(); };
+        points_.push_back(text_.point(next(), rest, options_.skip_bad));
         // What follows is a weight, a colour, or both in this order.
         std::array<double, 4> more{};
         size_t count = 0;
-        for (std::string_view word = next_in_line(text_); !word.empty() && count < more.size();
-             word = next_in_line(text_))
+        for (std::string_view word = next(); !word.empty() && count < more.size(); word = next())
             more[count++] = text_.number(word);
         if (count >= 3)
             colours_.emplace_back(colour_from_fraction(more[count - 3]),
@@ -99,9 +86,14 @@ class ObjReader {
                                   colour_from_fraction(more[count - 1]));
     }
 
+    void read_normal() {
+        const auto rest = [&] { return next(); };
+        normals_.push_back(unit_normal(text_.three(next(), rest, "components of a normal")));
+    }
+
     void read_face(Faces& faces) {
         corners_.clear();
-        for (std::string_view word = next_in_line(text_); !word.empty(); word = next_in_line(text_)) {
+        for (std::string_view word = next(); !word.empty(); word = next()) {
             const size_t slash = word.find('/');
             const int64_t vertex =
                 index_of(word.substr(0, slash), points_.size(), vertex_count_, "vertex", "vertices");

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "core/error.h"
 #include "mesh/text.h"
@@ -206,31 +205,17 @@ class OffReader {
     }
 
     void read_vertex(uint64_t v) {
-        std::string_view word = text_.word();
+        const std::string_view word = text_.word();
         if (word.empty())
             text_.fail(core::text("the file ends after %llu of %llu vertices",
                                   static_cast<unsigned long long>(v),
                                   static_cast<unsigned long long>(vertex_count_)));
-        const glm::dvec3 point = read_three(word, "coordinates");
-        if (!options_.skip_bad &&
-            !(std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z)))
-            text_.fail("coordinate is not finite (drop it with --skip-bad)");
-        points_.push_back(point);
+        const auto next = [&] { return text_.word_in_line(); };
+        points_.push_back(text_.point(word, next, options_.skip_bad));
         if (variant_.has_normals)
-            result_.mesh.normals.push_back(
-                unit_normal(read_three(text_.word_in_line(), "normal components")));
-        if (variant_.has_colours) colours_.push_back(read_three(text_.word_in_line(), "colour components"));
+            result_.mesh.normals.push_back(unit_normal(text_.three(next(), next, "normal components")));
+        if (variant_.has_colours) colours_.push_back(text_.three(next(), next, "colour components"));
         skip_line();
-    }
-
-    glm::dvec3 read_three(std::string_view first, const char* what) {
-        glm::dvec3 out;
-        for (int k = 0; k < 3; ++k) {
-            const std::string_view word = k == 0 ? first : text_.word_in_line();
-            if (word.empty()) text_.fail(core::text("expected 3 %s, found %d", what, k));
-            out[k] = text_.number(word);
-        }
-        return out;
     }
 
     void read_face(uint64_t f, Faces& faces) {

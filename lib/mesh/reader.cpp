@@ -152,7 +152,7 @@ glm::vec3 unit_normal(const glm::dvec3& normal) {
 
 uint8_t colour_from_fraction(double fraction) {
     if (!(fraction > 0)) return 0;
-    return static_cast<uint8_t>(std::min(fraction, 1.0) * 255 + 0.5);
+    return static_cast<uint8_t>(std::lround(std::min(fraction, 1.0) * 255));
 }
 
 void settle_bad_vertices(const Source& source, const ReadOptions& options, bool is_placed,

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "core/error.h"
 #include "mesh/text.h"
@@ -36,11 +37,12 @@ class Weld {
 
   private:
     static constexpr uint32_t kEmpty = ~uint32_t{0};
+    using Bits = std::array<std::conditional_t<sizeof(Point) == 12, uint32_t, uint64_t>, 3>;
 
-    static uint64_t hash(const Point& point) {
+    static uint64_t hash(const Bits& bits) {
         uint64_t h = 0;
-        for (int k = 0; k < 3; ++k) {
-            h ^= std::bit_cast<std::conditional_t<sizeof(point[k]) == 4, uint32_t, uint64_t>>(point[k]);
+        for (const auto b : bits) {
+            h ^= b;
             h *= 0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio: spreads low bits upwards
             h ^= h >> 32;
         }
@@ -48,8 +50,9 @@ class Weld {
     }
 
     uint32_t& find(const Point& point) {
-        size_t at = hash(point) & (slots_.size() - 1);
-        while (slots_[at] != kEmpty && std::memcmp(&points[slots_[at]], &point, sizeof point) != 0)
+        const Bits bits = std::bit_cast<Bits>(point);
+        size_t at = hash(bits) & (slots_.size() - 1);
+        while (slots_[at] != kEmpty && std::bit_cast<Bits>(points[slots_[at]]) != bits)
             at = (at + 1) & (slots_.size() - 1);
         return slots_[at];
     }
@@ -156,14 +159,8 @@ class AsciiStlReader {
 
     void read_corner() {
         if (count_ == corners_.size()) text_.fail("a facet of more than 3 vertices");
-        glm::dvec3& corner = corners_[count_++];
-        for (int k = 0; k < 3; ++k) {
-            const std::string_view word = text_.word_in_line();
-            if (word.empty()) text_.fail(core::text("expected 3 coordinates, found %d", k));
-            corner[k] = text_.number(word);
-            if (!options_.skip_bad && !std::isfinite(corner[k]))
-                text_.fail("coordinate is not finite (drop it with --skip-bad)");
-        }
+        const auto next_word = [&] { return text_.word_in_line(); };
+        corners_[count_++] = text_.point(next_word(), next_word, options_.skip_bad);
     }
 
     const Source& source_;

@@ -1,10 +1,12 @@
 // Words and numbers of a text format, with the line they stand in for messages.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
+#include "core/error.h"
 #include "mesh/reader.h"
 
 namespace mesh {
@@ -29,6 +31,27 @@ class TextReader {
     // Decimal, in any notation from_chars takes, also with '+'; "inf", "nan" and MSVC's "1.#INF" too.
     double number(std::string_view word) const;
     int64_t integer(std::string_view word) const;
+
+    // Three numbers: the word `first` and two that next() gives, which is empty where the line ends.
+    // `what` they are, in the plural, is for the message.
+    template <class NextWord>
+    glm::dvec3 three(std::string_view first, const NextWord& next, const char* what) const {
+        glm::dvec3 numbers;
+        for (int k = 0; k < 3; ++k) {
+            const std::string_view word = k == 0 ? first : next();
+            if (word.empty()) fail(core::text("expected 3 %s, found %d", what, k));
+            numbers[k] = number(word);
+        }
+        return numbers;
+    }
+    // Three coordinates, which with_bad allows not to be finite.
+    template <class NextWord>
+    glm::dvec3 point(std::string_view first, const NextWord& next, bool with_bad) const {
+        const glm::dvec3 p = three(first, next, "coordinates");
+        if (!with_bad && !(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))
+            fail("coordinate is not finite (drop it with --skip-bad)");
+        return p;
+    }
 
     // Throws; N is the line of the last word taken.
     [[noreturn]] void fail(const std::string& what) const;

@@ -79,6 +79,7 @@ std::vector<PicturePair> pair_pictures(const std::string& a, const std::string& 
     check_none_missing(names_a, a, names_b, b);
     check_none_missing(names_b, b, names_a, a);
     std::vector<PicturePair> pairs;
+    pairs.reserve(names_a.size());
     for (const std::string& name : names_a)
         pairs.push_back({name, (fs::path(a) / name).string(), (fs::path(b) / name).string()});
     return pairs;

@@ -19,6 +19,8 @@ inline constexpr float kDiffuse = 0.95f;
 // Nearest byte of a value in 0..255; values a rounding error outside are clamped, NaN is 0.
 inline uint8_t nearest_byte(float value) {
     const float v = value > 0.0f ? value : 0.0f;
+    // As nearest_bytes() of shading-inl.h does it for vectors, to the bit: what lies a rounding error below
+    // a half goes up.  NOLINTNEXTLINE(bugprone-incorrect-roundings)
     return static_cast<uint8_t>(static_cast<int>((v < 255.0f ? v : 255.0f) + 0.5f));
 }
 

@@ -27,10 +27,11 @@ Reference::Reference(mesh::Mesh mesh, const std::string& name, bool with_colour)
 ReferenceMeasures Reference::measure(const geom::View& view, render::Shade shade, glm::u8vec3 background,
                                      const render::Frame& frame) {
     raster_.draw(view, shade, background, frame_);
-    return {render::compare(frame, frame_, view.focal_px), measured_error_px(view, frame)};
+    return {render::compare(frame, frame_, view.focal_px), measured_error_px(distance_, view, frame)};
 }
 
-double Reference::measured_error_px(const geom::View& view, const render::Frame& frame) const {
+double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View& view,
+                         const render::Frame& frame) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     std::vector<double> largest(size_t(frame.height), 0.0);  // by row
     core::parallel_for(size_t(frame.height), [&](size_t y) {
@@ -38,7 +39,7 @@ double Reference::measured_error_px(const geom::View& view, const render::Frame&
             const double depth = double(frame.depth[y * size_t(frame.width) + size_t(x)]);
             if (!std::isfinite(depth)) continue;
             const glm::dvec3 point = point_of_pixel(view, frame, x, int(y));
-            const double error_px = distance_.distance(point, kInfinity) * view.focal_px / depth;
+            const double error_px = surface.distance(point, kInfinity) * view.focal_px / depth;
             // Written so that a NaN counts: an error that cannot be told is not a small one.
             if (!(error_px <= largest[y])) largest[y] = std::isnan(error_px) ? kInfinity : error_px;
         }

@@ -14,11 +14,15 @@ namespace scene {
 
 struct ReferenceMeasures {
     render::ImageDifference difference;  // of the frame against the mesh drawn for the same view
-    // The largest over all covered pixels of d * focal_px / z: d is the distance in space, from the mesh, of
-    // the point that the pixel shows (on the ray through its centre, at its depth z).  0 where nothing is
-    // covered, infinity where a pixel's point is not finite.  This is what CutCounts::error_bound_px bounds.
-    double measured_error_px = 0;
+    double measured_error_px = 0;        // from the mesh, see below
 };
+
+// The largest over all covered pixels of d * focal_px / z: d is the distance in space, from the surface, of
+// the point that the pixel shows (on the ray through its centre, at its depth z).  0 where nothing is
+// covered, infinity where a pixel's point is not finite.  This is what CutCounts::error_bound_px bounds.
+// Parallel, the same for any number of threads.
+double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View& view,
+                         const render::Frame& frame);
 
 // A mesh to hold frames against.  Keeps the mesh, its rasteriser's buffers and a tree of boxes: some 130
 // bytes a triangle.
@@ -37,8 +41,6 @@ class Reference {
     bool has_colour() const { return !mesh_.colours.empty(); }
 
   private:
-    double measured_error_px(const geom::View& view, const render::Frame& frame) const;
-
     mesh::Mesh mesh_;
     mesh::SurfaceDistance distance_;
     render::MeshRaster raster_;

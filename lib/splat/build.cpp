@@ -9,6 +9,8 @@
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "splat/cloud.h"
+#include "splat/encode.h"
+#include "splat/errors.h"
 #include "splat/layout.h"
 #include "splat/tree.h"
 
@@ -285,10 +287,9 @@ class Builder {
     void encode_upper() {
         hull_begin_.assign(1, 0);
         for (const Summary& s : summary_) {
-            for (const glm::vec3& p : s.hull) hull_.push(p);
+            hull_.insert(hull_.end(), s.hull.begin(), s.hull.end());
             hull_begin_.push_back(hull_.size());
         }
-        hull_.spare();
         root_node_.normal = glm::vec3(0, 0, 1);
         glm::dvec3 normal(0);
         glm::u64vec3 colour(0);
@@ -302,14 +303,9 @@ class Builder {
         model_.subtrees.resize(subtree_begin_.size());
         subtree_parent_.resize(subtree_begin_.size());
         std::vector<UpperItem> items;  // by node
-        const auto add_group = [&](const std::vector<UpperItem>& children, const Node& parent) {
-            CodedTree& upper = model_.upper;
-            upper.groups.push_back({uint32_t(upper.size()), uint32_t(children.size())});
-            for (UpperItem item : children) add_upper_node(item, parent), items.push_back(item);
-        };
         std::vector<UpperItem> top;
         for (const UpperCut* c : open_cuts(*root_)) top.push_back({c, false});
-        add_group(top, root_node_);
+        add_upper_group(top, root_node_, items);
         for (size_t node = 0; node < items.size(); ++node) {
             const UpperItem item = items[node];
             if (item.cut->is_subtree()) continue;
@@ -321,35 +317,56 @@ class Builder {
             model_.upper.child_group[node] = int32_t(model_.upper.groups.size());
             model_.upper.attitude[node] = uint16_t(model_.upper.attitude[node] | children.size());
             const Node decoded = model_.upper.decoded[node];
-            add_group(children, decoded);
+            add_upper_group(children, decoded, items);
         }
     }
 
-    // A subtree's root is coded with its subtree; here it only gets its place and its parent.
-    void add_upper_node(UpperItem& item, const Node& parent) {
+    // Codes the children as a group; appends them to `items`.  A subtree's root is coded with its subtree: here it only
+    // gets its place and its parent.
+    void add_upper_group(std::vector<UpperItem>& children, const Node& parent, std::vector<UpperItem>& items) {
         CodedTree& upper = model_.upper;
-        NodeEncoder::Result r;
-        int32_t child_group = CodedTree::kLeaf;
-        const auto [first, last] = subtrees_of(*item.cut);
-        if (item.cut->is_subtree()) {
-            child_group = -2 - int32_t(first);
-            subtree_parent_[first] = parent;
-        } else {
-            Content content{&hull_, hull_begin_[first], hull_begin_[last], glm::dvec3(0)};
-            glm::u64vec3 colour(0);
-            for (size_t s = first; s < last; ++s) content.normal += summary_[s].normal, colour += summary_[s].colour;
-            content.colour = glm::u8vec3(colour / uint64_t(item.cut->size()));
-            r = encoder_.encode(content, parent, frame_about(parent.normal));
-            item.is_between = r.is_between;
-            if (r.is_between) ++report_.fit.inserted;
-            else ++report_.fit.inner, report_.fit.inner_inflation += double(r.inflation);
+        GroupContent content;
+        Lanes<glm::u8vec3> colour;
+        for (const UpperItem& item : children)
+            if (!item.cut->is_subtree()) add_content(*item.cut, parent, content, colour[content.count]);
+        GroupFit fit;
+        if (content.count > 0) fit_group(content, parent, fit);
+        upper.groups.push_back({uint32_t(upper.size()), uint32_t(children.size())});
+        size_t lane = 0;
+        for (UpperItem& item : children) {
+            if (item.cut->is_subtree()) {
+                const size_t subtree = subtrees_of(*item.cut).first;
+                upper.add({}, 0, {}, parent);
+                upper.child_group.back() = -2 - int32_t(subtree);
+                subtree_parent_[subtree] = parent;
+            } else {
+                report_.fit.count(fit, lane, false);
+                item.is_between = fit.is_between[lane];
+                upper.add(fit, lane, colour[lane], parent);
+                ++lane;
+            }
+            items.push_back(item);
         }
-        upper.attitude.push_back(r.attitude);
-        upper.place.push_back(r.place);
-        upper.shape.push_back(r.shape);
-        upper.colour.push_back(r.colour);
-        upper.child_group.push_back(child_group);
-        upper.decoded.push_back(r.node);
+    }
+
+    // Adds a cut to what is to be coded as a group.
+    void add_content(const UpperCut& cut, const Node& parent, GroupContent& content, glm::u8vec3& colour) {
+        const auto [first, last] = subtrees_of(cut);
+        glm::dvec3 normal(0);
+        glm::u64vec3 sum(0);
+        for (size_t s = first; s < last; ++s) normal += summary_[s].normal, sum += summary_[s].colour;
+        colour = glm::u8vec3(sum / uint64_t(cut.size()));
+        const size_t k = content.count++, begin = hull_begin_[first], end = hull_begin_[last];
+        content.normal[k] = unit_or(normal, parent.normal);
+        content.is_leaf[k] = false;
+        content.points[k] = end - begin;
+        const size_t rows = content.rows();
+        content.set_rows(std::max(rows, end - begin));
+        const auto centre = glm::vec3(parent.centre);
+        for (size_t row = 0; row < content.rows(); ++row) content.set_point(row, k, hull_[begin + std::min(row, end - begin - 1)] - centre);
+        for (size_t other = 0; other < k; ++other)
+            for (size_t row = rows; row < content.rows(); ++row)
+                content.set_point(row, other, {content.x[other], content.y[other], content.z[other]});
     }
 
     void encode_subtrees() {
@@ -433,10 +450,9 @@ class Builder {
     double inverse_scale_ = 1;
     FaceBuckets buckets_;
     std::vector<Summary> summary_;
-    PointArrays hull_;
+    std::vector<glm::vec3> hull_;
     std::vector<size_t> hull_begin_;
     Node root_node_;
-    NodeEncoder encoder_;
     CodedModel model_;
     std::vector<Node> subtree_parent_;
     std::vector<std::vector<glm::u32vec2>> boundary_;

@@ -16,6 +16,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "splat/decode-inl.h"
+
 #ifndef QS_SPLAT_CUT_ONCE
 #define QS_SPLAT_CUT_ONCE
 namespace splat {
@@ -115,77 +117,7 @@ using V = hn::Vec<D>;
 using U = hn::Vec<DU>;
 using M = hn::Mask<D>;
 
-struct V3 {
-    V x, y, z;
-};
-HWY_INLINE V Dot(V3 a, V3 b) { return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z)); }
-HWY_INLINE V3 Set3(D d, const glm::vec3& v) { return {hn::Set(d, v.x), hn::Set(d, v.y), hn::Set(d, v.z)}; }
-
-// decode_normal() of node.h, a lane a node; the same operations in the same order.
-HWY_INLINE V3 DecodeNormal(D d, U code, const Frame& parent, int parent_cone) {
-    const DU du;
-    const U row = hn::ShiftRight<16>(hn::Mul(code, hn::Set(du, 2115u)));  // code / 31
-    const U column = hn::Sub(code, hn::Mul(row, hn::Set(du, uint32_t(kNormalSteps))));
-    const V middle = hn::Set(d, 15.0f);
-    const hn::RebindToSigned<D> di;
-    const auto real = [&](U v) { return hn::ConvertTo(d, hn::BitCast(di, v)); };
-    const V x = hn::Div(hn::Sub(real(column), middle), middle);
-    const V y = hn::Div(hn::Sub(real(hn::Min(row, hn::Set(du, uint32_t(kNormalSteps - 1)))), middle), middle);
-    const V one = hn::Set(d, 1.0f);
-    V3 n;
-    if (parent_cone < 0) {
-        const V ax = hn::Abs(x), ay = hn::Abs(y);
-        n.z = hn::Sub(hn::Sub(one, ax), ay);
-        const M below = hn::Lt(n.z, hn::Zero(d));
-        n.x = hn::IfThenElse(below, hn::CopySign(hn::Sub(one, ay), x), x);
-        n.y = hn::IfThenElse(below, hn::CopySign(hn::Sub(one, ax), y), y);
-    } else {
-        const V t = hn::Set(d, kConeTan[parent_cone]);
-        const V px = hn::Mul(x, t), py = hn::Mul(y, t);
-        const V q = hn::Add(hn::Mul(px, px), hn::Mul(py, py));
-        const V k = hn::Div(one, hn::Add(one, q));
-        const V two = hn::Set(d, 2.0f);
-        const V3 local{hn::Mul(hn::Mul(two, px), k), hn::Mul(hn::Mul(two, py), k), hn::Mul(hn::Sub(one, q), k)};
-        const auto turn = [&](float a, float b, float c) {
-            return hn::Add(hn::Add(hn::Mul(local.x, hn::Set(d, a)), hn::Mul(local.y, hn::Set(d, b))), hn::Mul(local.z, hn::Set(d, c)));
-        };
-        n = {turn(parent.t1.x, parent.t2.x, parent.n.x), turn(parent.t1.y, parent.t2.y, parent.n.y),
-             turn(parent.t1.z, parent.t2.z, parent.n.z)};
-    }
-    const V s = hn::Div(one, hn::Sqrt(Dot(n, n)));
-    return {hn::Mul(n.x, s), hn::Mul(n.y, s), hn::Mul(n.z, s)};
-}
-
-// decode_offset() times the parent's radius.
-HWY_INLINE V3 DecodeOffset(D d, U place, V radius_level, V3 n, float parent_radius) {
-    const DU du;
-    const hn::RebindToSigned<D> di;
-    const V one = hn::Set(d, 1.0f);
-    const auto field = [&](U v, uint32_t mask) { return hn::ConvertTo(d, hn::BitCast(di, hn::And(v, hn::Set(du, mask)))); };
-    const auto step = [&](V k, float middle, float scale, float linear) {
-        const V u = hn::Mul(hn::Sub(k, hn::Set(d, middle)), hn::Set(d, scale));
-        return hn::Mul(u, hn::Add(hn::Set(d, linear), hn::Mul(hn::Set(d, 1.0f - linear), hn::Abs(u))));
-    };
-    const U across = hn::And(hn::ShiftRight<4>(place), hn::Set(du, 127u));
-    const U row = hn::ShiftRight<11>(hn::Mul(across, hn::Set(du, 187u)));  // across / 11
-    const U column = hn::Sub(across, hn::Mul(row, hn::Set(du, uint32_t(kAcrossSteps))));
-    V a = step(field(column, 15), 5.0f, 1.0f / 5.0f, kAcrossLinear);
-    V b = step(field(row, 15), 5.0f, 1.0f / 5.0f, kAcrossLinear);
-    V c = step(field(hn::ShiftRight<11>(place), 31), 15.5f, 1.0f / 16.0f, kAlongLinear);
-    const V q = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
-    const V limit = hn::Mul(hn::Set(d, 1.0f + kSlack), hn::Sub(one, radius_level));
-    const V s = hn::IfThenElse(hn::Gt(q, one), hn::Div(limit, hn::Sqrt(q)), limit);
-    a = hn::Mul(a, s), b = hn::Mul(b, s), c = hn::Mul(c, s);
-    // frame_about()
-    const V sign = hn::CopySign(one, n.z);
-    const V k = hn::Div(hn::Neg(one), hn::Add(sign, n.z));
-    const V m = hn::Mul(hn::Mul(n.x, n.y), k);
-    const V3 t1{hn::Add(one, hn::Mul(sign, hn::Mul(hn::Mul(n.x, n.x), k))), hn::Mul(sign, m), hn::Mul(hn::Neg(sign), n.x)};
-    const V3 t2{m, hn::Add(sign, hn::Mul(hn::Mul(n.y, n.y), k)), hn::Neg(n.y)};
-    const V r = hn::Set(d, parent_radius);
-    const auto sum = [&](V p, V o, V w) { return hn::Mul(hn::Add(hn::Add(hn::Mul(a, p), hn::Mul(b, o)), hn::Mul(c, w)), r); };
-    return {sum(t1.x, t2.x, n.x), sum(t1.y, t2.y, n.y), sum(t1.z, t2.z, n.z)};
-}
+using V3 = Vector3<V>;
 
 // Decodes a group, culls it, and appends what is to be drawn to `batch`, which has room for kGroup more (and a
 // vector's spill).
@@ -200,7 +132,7 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         const M valid = hn::FirstN(d, size_t(g.count - first));
         const V level = hn::Load(d, &g.radius[i]);
         const V3 n = DecodeNormal(d, hn::Load(du, &g.normal[i]), frame, parent.cone);
-        const V3 offset = DecodeOffset(d, hn::Load(du, &g.place[i]), level, n, parent.radius);
+        const V3 offset = DecodeOffset(d, hn::Load(du, &g.place[i]), level, FrameAbout(d, n), parent.radius);
         const V3 at{hn::Add(hn::Set(d, parent.at.x), offset.x), hn::Add(hn::Set(d, parent.at.y), offset.y),
                     hn::Add(hn::Set(d, parent.at.z), offset.z)};
         const V radius = hn::Mul(hn::Set(d, parent.radius), level);

@@ -119,6 +119,12 @@ inline glm::vec3 decode_offset(uint32_t place, const Frame& frame) {
             a * frame.t1.z + b * frame.t2.z + c * frame.n.z};
 }
 
+// The least code that is not below an error.
+inline uint32_t encode_error(float error, float radius) {
+    for (uint32_t code = 0; code < 7; ++code)
+        if (error <= radius * kErrorOfRadius[code]) return code;
+    return 7;
+}
 inline int error_code(uint32_t attitude, uint32_t shape) { return int((attitude >> 15) << 2 | (shape >> 2 & 3u)); }
 
 // 5:6:5 colour.

@@ -64,11 +64,31 @@ size_t partition(std::span<TreePoint> points, int axis, float middle, std::span<
     return left;
 }
 
+// Puts the `wanted` points that come first along an axis in front.  The first cut is tried at `at`, the next where they
+// would be if the points were spread evenly over the rest of the box.
+void select(std::span<TreePoint> points, size_t wanted, int axis, float at, const Box& box, std::span<TreePoint> spare) {
+    constexpr size_t kFew = 32;
+    constexpr int kTries = 8;
+    float low = box.low[axis], high = box.high[axis];
+    size_t skipped = 0;
+    for (int k = 0; k < kTries && points.size() > kFew; ++k) {
+        const size_t left = partition(points, axis, at, spare);
+        if (skipped + left == wanted) return;
+        if (skipped + left < wanted)
+            points = points.subspan(left), skipped += left, low = at;
+        else
+            points = points.first(left), high = at;
+        at = low + (high - low) * ((float(wanted - skipped) + 0.5f) / float(points.size() + 1));
+        if (!(at > low && at < high)) break;
+    }
+    std::nth_element(points.begin(), points.begin() + ptrdiff_t(wanted - skipped), points.end(), Before{axis});
+}
+
 // Sorts a subtree: cuts at multiples of `quantum`, down to the leaves.
-void sort_groups(std::span<TreePoint> points, uint32_t quantum) {
+void sort_groups(std::span<TreePoint> points, uint32_t quantum, std::span<TreePoint> spare) {
     const auto n = uint32_t(points.size());
     if (n <= 1) return;
-    if (n <= quantum) return sort_groups(points, child_leaves(n));
+    if (n <= quantum) return sort_groups(points, child_leaves(n), spare);
     if (n <= uint32_t(kMaxFanOut) && quantum == 1) return;  // one group: the order within is free
     const Box box = box_of(points);
     const int axis = longest_axis(box);
@@ -77,9 +97,9 @@ void sort_groups(std::span<TreePoint> points, uint32_t quantum) {
     for (const TreePoint& p : points) below += p.position[axis] < middle;
     const uint32_t pieces = (n + quantum - 1) / quantum;
     const uint32_t cut = std::clamp((below + quantum / 2) / quantum, 1u, pieces - 1) * quantum;
-    std::nth_element(points.begin(), points.begin() + cut, points.end(), Before{axis});
-    sort_groups(points.first(cut), quantum);
-    sort_groups(points.subspan(cut), quantum);
+    select(points, cut, axis, middle, box, spare);
+    sort_groups(points.first(cut), quantum, spare);
+    sort_groups(points.subspan(cut), quantum, spare);
 }
 
 void sort_upper(UpperCut& node, std::span<TreePoint> all, std::span<TreePoint> spare) {
@@ -87,7 +107,7 @@ void sort_upper(UpperCut& node, std::span<TreePoint> all, std::span<TreePoint> s
     const Box box = box_of(points);
     node.low = box.low, node.high = box.high;
     if (node.size() <= kSubtreeLeaves) {
-        if (node.size() > 1) sort_groups(points, child_leaves(node.size()));
+        if (node.size() > 1) sort_groups(points, child_leaves(node.size()), spare.subspan(node.begin, node.size()));
         return;
     }
     const int axis = longest_axis(box);

@@ -116,21 +116,6 @@ class Truth {
     std::vector<double> drawn_;
 };
 
-// The same measure as scene::Reference's, with a surface of its own.
-double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View& view,
-                         const render::Frame& frame) {
-    std::vector<double> largest(size_t(frame.height), 0.0);
-    core::parallel_for(size_t(frame.height), [&](size_t y) {
-        for (int x = 0; x < frame.width; ++x) {
-            const double depth = double(frame.depth[y * size_t(frame.width) + size_t(x)]);
-            if (!std::isfinite(depth)) continue;
-            const glm::dvec3 point = scene::point_of_pixel(view, frame, x, int(y));
-            largest[y] = std::max(largest[y], surface.distance(point, INFINITY) * view.focal_px / depth);
-        }
-    });
-    return *std::max_element(largest.begin(), largest.end());
-}
-
 void add_times(Json& answer, const Case& c, scene::ModelPainter& painter, render::Frame& frame) {
     std::vector<double> all, traverse, draw;
     for (int run = 0; run < kWarmUp + c.runs; ++run) {
@@ -180,7 +165,7 @@ Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& pa
     Json answer;
     add_counts(answer, painter.draw(c.view, c.draw, frame).counts, model);
     if (c.compare) add_comparison(answer, frame, truth.frame(c.view, c.draw.shade), c.view);
-    if (c.distance) answer["measured_error_px"] = measured_error_px(truth.distance(), c.view, frame);
+    if (c.distance) answer["measured_error_px"] = scene::measured_error_px(truth.distance(), c.view, frame);
     if (c.runs > 0) add_times(answer, c, painter, frame);
     return answer;
 }

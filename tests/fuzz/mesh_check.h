@@ -2,16 +2,9 @@
 #pragma once
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "mesh/mesh.h"
-
-inline void require(bool holds, const char* what) {
-    if (holds) return;
-    std::fprintf(stderr, "broken: %s\n", what);
-    std::abort();
-}
+#include "require.h"
 
 inline void check_invariants(const mesh::ReadResult& result) {
     const mesh::Mesh& mesh = result.mesh;

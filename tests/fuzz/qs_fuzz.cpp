@@ -1,54 +1,16 @@
 // Any bytes as a model: it can be described, verified and cut for views, or Error.  Nothing else.
 //
 // Each input is tried as it is, and with its checksums set right, so that what lies behind them is reached.
-#include <sys/mman.h>
-#include <unistd.h>
-#include <xxhash.h>
-
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <vector>
 
 #include "core/error.h"
+#include "model_bytes.h"
 #include "splat/cut.h"
 #include "splat/info.h"
 #include "splat/verify.h"
 
 namespace {
-
-using Bytes = std::vector<std::byte>;
-
-void require(bool holds, const char* what) {
-    if (holds) return;
-    std::fprintf(stderr, "broken: %s\n", what);
-    std::abort();
-}
-
-// A file that exists in memory only.
-core::InputFile memory_file(const Bytes& bytes) {
-    const int fd = ::memfd_create("model", 0);
-    require(fd >= 0 && (bytes.empty() || ::write(fd, bytes.data(), bytes.size()) == ssize_t(bytes.size())),
-            "a file in memory");
-    core::InputFile file("/proc/self/fd/" + std::to_string(fd));
-    ::close(fd);
-    return file;
-}
-
-void repair_checksums(Bytes& bytes) {
-    if (bytes.size() < splat::kHeaderSize) return;
-    const uint64_t sum = XXH3_64bits(bytes.data(), splat::kHeaderSize - 8);
-    std::memcpy(bytes.data() + splat::kHeaderSize - 8, &sum, 8);
-    uint32_t size;
-    std::memcpy(&size, bytes.data() + 16, 4);
-    if (size < splat::kMinBlockSize || size > splat::kMaxBlockSize) return;
-    for (uint64_t b = 0; splat::kHeaderSize + (b + 1) * size <= bytes.size(); ++b) {
-        const std::span<std::byte> block = std::span(bytes).subspan(splat::kHeaderSize + b * size, size);
-        const uint32_t block_sum = splat::block_checksum(block, b);
-        std::memcpy(block.data(), &block_sum, 4);
-    }
-}
 
 void check_splats(const geom::SplatBatch& batch) {
     require(batch.count >= 0 && batch.count <= geom::SplatBatch::kCapacity, "a batch holds what it can");

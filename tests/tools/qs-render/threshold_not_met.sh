@@ -10,4 +10,4 @@ draw --threshold-diameter 0.5
 draw --threshold 40
 draw
 head -c 1280 model.qs > prefix.qs
-qs-render prefix.qs --threshold 1 -o still.ppm
+qs-render prefix.qs --threshold 1 -o still.ppm 2>&1 | grep -c warning

@@ -8,10 +8,9 @@
 #include "core/error.h"
 #include "mesh/mesh.h"
 #include "mesh_check.h"
+#include "test_files.h"
 
 namespace {
-
-const std::string kData = QS_TEST_DATA "/";
 
 struct Defect {
     const char* file;     // of tests/data/bad, after "mesh-"
@@ -101,13 +100,8 @@ TEST_P(BadMesh, IsRefusedWithOneSentence) {
     }
 }
 
-std::string defect_name(const testing::TestParamInfo<Defect>& info) {
-    std::string name = info.param.file;
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c == '-' || c == '.'; }, '_');
-    return name;
-}
-INSTANTIATE_TEST_SUITE_P(Defects, BadMesh, testing::ValuesIn(kDefects), defect_name);
+INSTANTIATE_TEST_SUITE_P(Defects, BadMesh, testing::ValuesIn(kDefects),
+                         [](const auto& test) { return test_name_of(test.param.file); });
 
 TEST(BadMesh, EveryFileOfTheFolderIsInTheTable) {
     size_t count = 0;

@@ -12,10 +12,9 @@
 #include "core/parallel.h"
 #include "mesh/mesh.h"
 #include "mesh_check.h"
+#include "test_files.h"
 
 namespace {
-
-const std::string kData = QS_TEST_DATA "/";
 
 std::span<const std::byte> bytes_of(const std::string& text) {
     return std::as_bytes(std::span<const char>(text));
@@ -144,13 +143,8 @@ TEST_P(Pyramid, IsTheSameInEveryForm) {
     }
 }
 
-std::string form_name(const testing::TestParamInfo<Form>& info) {
-    std::string name = info.param.file;
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c == '-' || c == '.'; }, '_');
-    return name;
-}
-INSTANTIATE_TEST_SUITE_P(Forms, Pyramid, testing::ValuesIn(kForms), form_name);
+INSTANTIATE_TEST_SUITE_P(Forms, Pyramid, testing::ValuesIn(kForms),
+                         [](const auto& test) { return test_name_of(test.param.file); });
 
 TEST(ReadMesh, ReadsAnEmptyMesh) {
     const mesh::ReadResult result = mesh::read_mesh(kData + "mesh-empty.ply");

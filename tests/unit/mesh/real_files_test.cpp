@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "mesh/mesh.h"
 #include "mesh_check.h"
+#include "test_files.h"
 
 namespace {
 
@@ -118,10 +119,7 @@ TEST_P(RealFiles, AreReadAsTheyAre) {
 }
 
 std::string file_name(const testing::TestParamInfo<RealFile>& info) {
-    std::string name = info.param.file;
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c == '-' || c == '.' || c == '/'; }, '_');
-    return name + (info.param.skip_bad ? "_skip_bad" : "");
+    return test_name_of(info.param.file) + (info.param.skip_bad ? "_skip_bad" : "");
 }
 INSTANTIATE_TEST_SUITE_P(Shared, RealFiles, testing::ValuesIn(kFiles), file_name);
 

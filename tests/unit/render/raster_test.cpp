@@ -212,22 +212,21 @@ TEST(MeshRaster, CoversEachPixelOnceFarFromTheOrigin) {
     }
 }
 
-TEST(MeshRaster, ASquareFromPixelTenToTwentyCoversThosePixels) {
+// A square of 10 pixels, with its left and top edge at `corner` pixels in both directions.
+void expect_pixels_ten_to_twenty(float corner) {
     const View view = axis_view(64, 48, 16);
-    Mesh mesh = grid(1, 10 - 32, 10 - 24, 10, 16, 0, 1);
-    const Frame frame = draw(mesh, view);
+    const Frame frame = draw(grid(1, corner - 32, corner - 24, 10, 16, 0, 1), view);
     for (int y = 0; y < 48; ++y)
         for (int x = 0; x < 64; ++x)
             ASSERT_EQ(covered(frame, x, y), x >= 10 && x < 20 && y >= 10 && y < 20) << x << "," << y;
 }
 
+TEST(MeshRaster, ASquareFromPixelTenToTwentyCoversThosePixels) {
+    expect_pixels_ten_to_twenty(10);
+}
+
 TEST(MeshRaster, SamplesOnTheLeftAndTopEdgesAreInAndOthersOut) {
-    const View view = axis_view(64, 48, 16);
-    const Mesh mesh = grid(1, 10.5f - 32, 10.5f - 24, 10, 16, 0, 1);  // corners on pixel centres
-    const Frame frame = draw(mesh, view);
-    for (int y = 0; y < 48; ++y)
-        for (int x = 0; x < 64; ++x)
-            ASSERT_EQ(covered(frame, x, y), x >= 10 && x < 20 && y >= 10 && y < 20) << x << "," << y;
+    expect_pixels_ten_to_twenty(10.5f);  // corners on pixel centres
 }
 
 TEST(MeshRaster, BothSidesAreDrawn) {

@@ -1,11 +1,7 @@
 #include "test_meshes.h"
 
-#include <sys/mman.h>
-#include <unistd.h>
-#include <xxhash.h>
-
 #include <cmath>
-#include <cstring>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -218,18 +214,6 @@ Bytes read_bytes(const std::string& path) {
     return {file.bytes().begin(), file.bytes().end()};
 }
 
-core::InputFile memory_file(const Bytes& bytes) {
-    const int fd = ::memfd_create("model", 0);
-    for (size_t done = 0; done < bytes.size();) {
-        const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
-        if (n <= 0) std::abort();
-        done += size_t(n);
-    }
-    core::InputFile file("/proc/self/fd/" + std::to_string(fd));
-    ::close(fd);
-    return file;
-}
-
 Bytes build_bytes(mesh::Mesh mesh, const splat::BuildOptions& options, splat::BuildReport* report) {
     char folder[] = "/tmp/splat-test-XXXXXX";
     if (!::mkdtemp(folder)) std::abort();
@@ -247,21 +231,6 @@ Bytes build_bytes(mesh::Mesh mesh, const splat::BuildOptions& options, splat::Bu
 
 splat::Model build_model(mesh::Mesh mesh, const splat::BuildOptions& options) {
     return open_model(build_bytes(std::move(mesh), options));
-}
-
-void repair_checksums(Bytes& bytes) {
-    if (bytes.size() < splat::kHeaderSize) return;
-    const uint64_t header_sum = XXH3_64bits(bytes.data(), splat::kHeaderSize - 8);
-    std::memcpy(bytes.data() + splat::kHeaderSize - 8, &header_sum, 8);
-    uint32_t block_size;
-    std::memcpy(&block_size, bytes.data() + 16, 4);
-    if (block_size < splat::kMinBlockSize || block_size > splat::kMaxBlockSize) return;
-    for (uint64_t b = 0; splat::kHeaderSize + (b + 1) * block_size <= bytes.size(); ++b) {
-        const std::span<std::byte> block =
-            std::span(bytes).subspan(splat::kHeaderSize + b * block_size, block_size);
-        const uint32_t sum = splat::block_checksum(block, b);
-        std::memcpy(block.data(), &sum, 4);
-    }
 }
 
 Tree read_tree(const splat::Model& model) {

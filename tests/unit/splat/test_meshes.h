@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "model_bytes.h"
 #include "splat/build.h"
 #include "splat/model.h"
 
@@ -47,20 +48,13 @@ std::vector<NamedMesh> generated_meshes();
 // A real model, or an empty mesh where it is not there.
 mesh::Mesh shared_mesh(const std::string& file);
 
-using Bytes = std::vector<std::byte>;
-
 Bytes build_bytes(mesh::Mesh mesh, const splat::BuildOptions& options = {},
                   splat::BuildReport* report = nullptr);
 
-// A file that exists in memory only.
-core::InputFile memory_file(const Bytes& bytes);
 inline splat::Model open_model(const Bytes& bytes) {
     return splat::Model(memory_file(bytes));
 }
 splat::Model build_model(mesh::Mesh mesh, const splat::BuildOptions& options = {});
-
-// Sets the checksums of the header and of whole blocks right, so that other checks are reached.
-void repair_checksums(Bytes& bytes);
 
 Bytes read_bytes(const std::string& path);
 

@@ -1,0 +1,113 @@
+#include "splat/errors.h"
+
+#include <algorithm>
+
+#include "splat/disc.h"
+
+namespace splat {
+
+namespace {
+
+constexpr float kRoundUp = 1.0001f;    // over the float rounding of distances
+constexpr float kRounding = 1e-5f;     // of the radius: heights beside 0 are differences
+
+}  // namespace
+
+void set_error(CodedTree& tree, size_t node, float error) {
+    const uint32_t code = encode_error(error, tree.decoded[node].radius);
+    tree.attitude[node] = uint16_t((tree.attitude[node] & 0x7fffu) | code >> 2 << 15);
+    tree.shape[node] = uint8_t((tree.shape[node] & 3u) | (code & 3u) << 2);
+    tree.decoded[node].error = tree.decoded[node].radius * kErrorOfRadius[code];
+}
+
+float error_over(const Node& node, std::span<const Node* const> children) {
+    return nested_error(node, children) * kRoundUp;
+}
+
+namespace {
+
+class ErrorSetter {
+  public:
+    ErrorSetter(CodedTree& tree, const Surface& surface, std::span<const uint32_t> leaf_of)
+        : tree_(tree), surface_(surface), leaf_of_(leaf_of) {}
+
+    void run() {
+        gather_spheres();
+        find_neighbours();
+        for (uint32_t node = uint32_t(tree_.size()); node-- > 0;)
+            set_error(tree_, node, is_leaf(node) ? leaf_error(leaf_of_[node], tree_.decoded[node]) : inner_error(node));
+    }
+
+  private:
+    bool is_leaf(uint32_t node) const { return tree_.child_group[node] == CodedTree::kLeaf; }
+    NodeRange children_of(uint32_t node) const {
+        const auto [first, count] = tree_.groups[size_t(tree_.child_group[node])];
+        return {first, count};
+    }
+
+    void gather_spheres() {
+        const size_t room = tree_.size() + kSpare;
+        for (auto* channel : {&spheres_.x, &spheres_.y, &spheres_.z, &spheres_.radius}) channel->resize(room);
+        for (size_t node = 0; node < tree_.size(); ++node) {
+            const Node& n = tree_.decoded[node];
+            const glm::vec3 at(n.centre - surface_.base);
+            spheres_.x[node] = at.x, spheres_.y[node] = at.y, spheres_.z[node] = at.z, spheres_.radius[node] = n.radius;
+        }
+    }
+
+    // For each inner node the children of the nodes of its level whose spheres touch its own, itself first.  These nodes
+    // are found among the children of its parent's neighbours.
+    void find_neighbours() {
+        family_begin_.assign(tree_.size() + 1, 0);
+        families_.clear();
+        std::vector<uint32_t> parent(tree_.size(), 0), near;
+        for (uint32_t node = 0; node < tree_.size(); ++node) {
+            if (!is_leaf(node)) {
+                const NodeRange own = children_of(node);
+                for (uint32_t k = 0; k < own.count; ++k) parent[own.first + k] = node;
+                families_.push_back(own);
+                near.clear();
+                if (node > 0) touching(spheres_, families_of(parent[node]), node, near);
+                for (const uint32_t n : near)
+                    if (n != node && !is_leaf(n)) families_.push_back(children_of(n));
+            }
+            family_begin_[node + 1] = uint32_t(families_.size());
+        }
+    }
+    std::span<const NodeRange> families_of(uint32_t node) const {
+        return std::span(families_).subspan(family_begin_[node], family_begin_[node + 1] - family_begin_[node]);
+    }
+
+    // The node's disc reaches over the rim of its surface, where its neighbours' is.
+    float inner_error(uint32_t node) {
+        const std::span<const NodeRange> families = families_of(node);
+        parts_.clear(), near_.clear();
+        for (uint32_t k = 0; k < families[0].count; ++k) parts_.push_back(&tree_.decoded[families[0].first + k]);
+        touching(spheres_, families.subspan(1), node, near_);
+        for (const uint32_t n : near_) parts_.push_back(&tree_.decoded[n]);
+        return nested_error(tree_.decoded[node], parts_) * kRoundUp;
+    }
+
+    float leaf_error(uint32_t i, const Node& node) const {
+        const glm::dvec3 centre = node.centre - surface_.base;
+        const float to_vertex = float(glm::length(surface_.at[i] - centre) + double(node.radius));
+        const float error = splat::leaf_error(surface_, i, centre, {frame_about(node.normal), node.radius});
+        return std::min((error + kRounding * node.radius) * kRoundUp, to_vertex * kRoundUp);
+    }
+
+    CodedTree& tree_;
+    const Surface& surface_;
+    const std::span<const uint32_t> leaf_of_;
+    Spheres spheres_;
+    std::vector<uint32_t> family_begin_, near_;  // by node
+    std::vector<NodeRange> families_;
+    std::vector<const Node*> parts_;
+};
+
+}  // namespace
+
+void set_errors(CodedTree& tree, const Surface& surface, std::span<const uint32_t> leaf_of) {
+    ErrorSetter(tree, surface, leaf_of).run();
+}
+
+}  // namespace splat

@@ -1,0 +1,64 @@
+// The surface about the leaves of a subtree, leaf by leaf: faces, shares, normals and colours.
+//
+// The share of a face that belongs to one of its corners is the part nearer to it than to the other two.  Shares are
+// convex, so an ellipsoid that holds the corners of a share holds the share; the shares of all leaves cover the surface.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "splat/arrays.h"
+#include "splat/tree.h"
+
+namespace splat {
+
+// One subtree of a mesh or cloud.  Model units.
+struct SubtreeInput {
+    uint32_t begin = 0, end = 0;                     // leaves, in tree order
+    std::span<const TreePoint> points;               // all of the model's
+    std::span<const glm::u32vec3> faces;             // those that touch the subtree, as leaf numbers
+    glm::dvec3 offset{0};                            // model = (position + offset) * inverse_scale
+    double inverse_scale = 1;
+    std::span<const glm::vec3> normals;              // by input vertex, or empty
+    std::span<const glm::u8vec3> colours;            // by input vertex, or empty
+    std::span<const float> cloud_radii;              // by input vertex, world units, for bare points
+
+    glm::dvec3 model(uint32_t leaf) const {
+        return (glm::dvec3(points[leaf].position) + offset) * inverse_scale;
+    }
+};
+
+// Leaves are numbered from 0, in tree order.  What is relative to a leaf is precise however small its faces are beside
+// the subtree.
+struct Surface {
+    uint32_t count = 0;
+    glm::dvec3 base{0};                      // the first leaf, model units
+    // Corners of the faces, relative to base: the leaves, then the corners that are leaves of other subtrees.
+    std::vector<glm::dvec3> at;
+    std::vector<uint32_t> leaf;              // which leaf of the model each is
+    // Faces about each leaf: the numbers of the other two corners p and q, in the face's sense, and where these are from
+    // the leaf.  Behind the last face there is room for kSpare more.
+    std::vector<uint32_t> fan_begin;         // by leaf, and the end
+    std::vector<glm::u32vec2> fan;
+    PointArrays fan_p, fan_q;
+    std::vector<uint8_t> is_closed;          // do the faces go round the leaf?
+    // What an ellipsoid must hold to cover the leaf's shares, relative to the leaf.
+    std::vector<uint32_t> corner_begin;
+    PointArrays corners;
+    // Unit normals of the faces (and of the vertex, where it has one); at least one a leaf.
+    std::vector<uint32_t> normal_begin;
+    PointArrays face_normals;
+    std::vector<glm::dvec3> normal;          // sums weighted by area
+    std::vector<glm::u64vec3> colour_sum;    // of all leaves before
+
+    uint32_t valence(uint32_t i) const { return fan_begin[i + 1] - fan_begin[i]; }
+};
+
+Surface gather_surface(const SubtreeInput& input);
+
+// `v` made a unit vector, or `otherwise` where it has no direction.
+glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& otherwise);
+
+}  // namespace splat

@@ -1,0 +1,46 @@
+// A model file that exists in memory only: opened, and changed so that its checksums hold.
+#pragma once
+
+#include <sys/mman.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <cstring>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/file.h"
+#include "require.h"
+#include "splat/format.h"
+
+using Bytes = std::vector<std::byte>;
+
+inline core::InputFile memory_file(const Bytes& bytes) {
+    const int fd = ::memfd_create("model", 0);
+    require(fd >= 0, "a file in memory opens");
+    for (size_t done = 0; done < bytes.size();) {
+        const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
+        require(n > 0, "a file in memory takes the bytes");
+        done += size_t(n);
+    }
+    core::InputFile file("/proc/self/fd/" + std::to_string(fd));
+    ::close(fd);
+    return file;
+}
+
+// Sets the checksums of the header and of whole blocks right, so that other checks are reached.
+inline void repair_checksums(Bytes& bytes) {
+    if (bytes.size() < splat::kHeaderSize) return;
+    const uint64_t header_sum = XXH3_64bits(bytes.data(), splat::kHeaderSize - 8);
+    std::memcpy(bytes.data() + splat::kHeaderSize - 8, &header_sum, 8);
+    uint32_t block_size;
+    std::memcpy(&block_size, bytes.data() + 16, 4);
+    if (block_size < splat::kMinBlockSize || block_size > splat::kMaxBlockSize) return;
+    for (uint64_t b = 0; splat::kHeaderSize + (b + 1) * block_size <= bytes.size(); ++b) {
+        const std::span<std::byte> block =
+            std::span(bytes).subspan(splat::kHeaderSize + b * block_size, block_size);
+        const uint32_t sum = splat::block_checksum(block, b);
+        std::memcpy(block.data(), &sum, 4);
+    }
+}
