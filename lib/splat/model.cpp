@@ -43,6 +43,14 @@ std::span<const std::byte> Model::block(uint64_t number) const {
     return file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
 }
 
+void Model::prefetch(const GroupAt& group) const {
+    if (!has_block(group.block)) return;
+    const std::byte* block = file_.bytes().data() + kHeaderSize + group.block * header_.block_size;
+    for (const size_t at : {size_t(0), layout_.attitude + 2 * group.slot, layout_.place + 2 * group.slot,
+                            layout_.colour + 2 * group.slot, layout_.shape + group.slot / 2})
+        __builtin_prefetch(block + at);
+}
+
 void Model::check_block(uint64_t number) const {
     const auto bytes = file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
     BlockHeader head;
