@@ -395,6 +395,7 @@ HWY_EXPORT(CutGroups);
 namespace {
 
 constexpr size_t kTasks = 256;        // the top ends where this many nodes wait to be opened
+constexpr uint32_t kLineNodes = 32;   // nodes in a cache line of a channel
 constexpr size_t kCachedBlocks = 64;  // a thread's opened blocks, by number modulo this
 
 // What a thread keeps between tasks and frames.
@@ -479,12 +480,15 @@ struct Cut::State {
         if (!model.is_complete()) mark_missing(nodes, block, chunk);
         HWY_DYNAMIC_DISPATCH(CutGroups)(nodes, block, view, chunk, batch, c);
         if (c.nodes_visited > most_nodes) model.fault(number, "is reached more than once");
+        GroupAt asked{~uint64_t{0}, 0};
         for (uint32_t i = 0; i < chunk.open_count; ++i) {
             const size_t k = chunk.open[i];
             const GroupAt group = block.group_of(chunk.slot[k]);
             if (group.block < number || (group.block == number && group.slot <= chunk.slot[k]))
                 model.fault(number, "a node's children stand before it");
-            model.prefetch(group);
+            // Groups follow each other: most lie in lines that were asked for already.
+            if (group.block != asked.block || group.slot / kLineNodes != asked.slot / kLineNodes)
+                model.prefetch(asked = group);
             push(Opening{{chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]}, chunk.radius[k],
                          {chunk.normal[0][k], chunk.normal[1][k], chunk.normal[2][k]}, int16_t(chunk.cone[k]),
                          uint8_t(chunk.code[k] & 7), chunk.inside[k] != 0, group.slot, group.block},

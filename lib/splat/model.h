@@ -98,18 +98,32 @@ class BlockView {
     int children_of(uint32_t slot) const { return attitude_[slot] & 7; }
     GroupAt group_of(uint32_t slot) {  // of a node with children
         if (child_at_.empty()) count_children();
-        return {child_block_ + (child_at_[slot] >> 16), child_at_[slot] & 0xffffu};
+        const uint32_t from = slot / kCountedNodes;
+        const GroupAt at = after(child_at_[from], from * kCountedNodes, slot);
+        return at.slot + uint32_t(children_of(slot)) > capacity_ ? GroupAt{at.block + 1, 0} : at;
     }
 
   private:
+    static constexpr uint32_t kCountedNodes = 4;
+
     void count_children();
+
+    // The end of the groups of nodes [first, last), if that of the nodes before is `at`.
+    GroupAt after(GroupAt at, uint32_t first, uint32_t last) const {
+        for (uint32_t slot = first; slot < last; ++slot) {
+            const uint32_t n = uint32_t(children_of(slot));
+            if (at.slot + n > capacity_) ++at.block, at.slot = 0;
+            at.slot += n;
+        }
+        return at;
+    }
 
     bool is_open_ = false;
     uint64_t number_ = 0, child_block_ = 0;
     uint32_t node_count_ = 0, child_slot_ = 0, capacity_ = 0;
     const uint16_t *attitude_ = nullptr, *place_ = nullptr, *colour_ = nullptr;
     const uint8_t* shape_ = nullptr;
-    std::vector<uint32_t> child_at_;  // block - child_block_ in the high half, slot in the low
+    std::vector<GroupAt> child_at_;  // end of the groups of the nodes before every kCountedNodes-th
 };
 
 }  // namespace splat
