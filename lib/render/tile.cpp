@@ -372,7 +372,7 @@ void draw_pixels(const SetupParams& params, const TileJob& job, float* state, Fr
     for (const TileRun& run : job.runs) {
         for (uint32_t i = 0; i < run.count; ++i) {
             // Records of a tile are scattered over their task's; the next ones are known.
-            if (i + 4 < run.count) hwy::Prefetch(run.records + run.order[i + 4]);
+            if (i + 16 < run.count) hwy::Prefetch(run.records + run.order[i + 16]);
             draw_splat<Pixel, kSquare>(run.records[run.order[i]], params, job, state);
         }
     }

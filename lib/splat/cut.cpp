@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "core/error.h"
@@ -23,7 +24,8 @@
 namespace splat {
 namespace {
 
-constexpr int kGroup = 8;  // lanes for a group of up to kMaxFanOut nodes
+constexpr int kGroup = 8;      // lanes for a group of up to kMaxFanOut nodes
+constexpr int kMaxLanes = 16;  // of a vector
 constexpr float kDiameterOfError = 20;  // a flat node may be this much wider than its error allows
 
 // The view in model space.  Positions are relative to `pivot`, a point on the line of sight at depth
@@ -51,56 +53,42 @@ struct Opening {
     int16_t cone;
     uint8_t children;
     bool is_inside;  // wholly inside the four sides
-    uint32_t slot;
+    uint32_t slot;   // of its first child, in `block`
     uint64_t block;
 };
 
-// One group taken out of its block, a lane a node.
-struct GroupCodes {
-    int count;
-    alignas(32) std::array<uint32_t, kGroup> normal{}, place{}, children{}, colour{};
-    // 0 where the node ends the walk: a leaf, or its children are not there.
-    alignas(32) std::array<uint32_t, kGroup> goes_on{};
-    alignas(32) std::array<float, kGroup> radius{}, flatness{}, error{}, cone_cos{}, cone_sin{};
-    // Above 0 where the node stands for surface on several sides: it is shown from the side it is seen from.
-    alignas(32) std::array<float, kGroup> many_sided{};
-    std::array<int16_t, kGroup> cone{};
+// Sibling groups of one block, a lane a node: what they and their parents are, and what became of them.  Groups
+// are short and vectors long, so that as many as fit are worked on together.
+struct Chunk {
+    static constexpr int kNodes = 128;
+    static constexpr int kLanes = kNodes + kMaxLanes;  // the last vector may reach beyond the nodes
+    static constexpr uint32_t kChildrenMissing = 16, kParentInside = 32;
+
+    int count = 0;
+    alignas(64) std::array<uint32_t, kLanes> code;   // attitude, and place in the high half
+    alignas(64) std::array<uint32_t, kLanes> shape;  // and flags
+    alignas(64) std::array<uint32_t, kLanes> slot, colour;
+    alignas(64) std::array<float, kLanes> parent_at[3], parent_normal[3], parent_radius;
+    alignas(64) std::array<int32_t, kLanes> parent_cone;
+    std::array<uint8_t, kNodes> missing{};  // by group: bits of the nodes whose children are not there
+
+    // Of the nodes that are to be opened, which the first `open_count` of `open` name.
+    uint32_t open_count = 0;
+    alignas(64) std::array<uint32_t, kLanes> open, inside;
+    alignas(64) std::array<float, kLanes> at[3], offset[3], normal[3], radius;
+    alignas(64) std::array<int32_t, kLanes> cone;
 };
 
-// What became of a group's nodes that are to be opened: bits by lane, and their state.
-struct GroupResult {
-    uint32_t open = 0, inside = 0, frustum = 0, backface = 0, drawn = 0;
-    uint32_t cut_short = 0;  // bits: drawn though neither small nor a leaf
-    alignas(32) std::array<float, kGroup> at[3], offset[3], normal[3], radius;
-    float error_px = 0;  // of what was drawn
-};
-
-GroupCodes take_group(const BlockView& block, uint32_t slot, int count, int parent_cone, bool culls, bool two_sided) {
-    GroupCodes g;
-    g.count = count;
-    for (int k = 0; k < count; ++k) {
-        const uint32_t attitude = block.attitude()[slot + uint32_t(k)], place = block.place()[slot + uint32_t(k)];
-        const uint8_t shape = block.shape_of(slot + uint32_t(k));
-        const auto i = size_t(k);
-        g.children[i] = g.goes_on[i] = attitude & 7;
-        g.normal[i] = attitude >> 5 & 1023u;
-        g.place[i] = place;
-        g.radius[i] = kRadius[place & 15];
-        g.flatness[i] = kFlatness[shape & 3];
-        g.error[i] = kErrorOfRadius[error_code(attitude, shape)];
-        const int cone = decode_cone(int(attitude >> 3 & 3), parent_cone);
-        g.cone[i] = int16_t(cone);
-        g.many_sided[i] = two_sided || (cone < 0 && g.children[i] > 0) ? 1.0f : 0.0f;
-        // A half-angle of 180 degrees never faces away.
-        g.cone_cos[i] = culls && cone >= 0 ? kConeCos[cone] : -1.0f;
-        g.cone_sin[i] = culls && cone >= 0 ? kConeSin[cone] : 0.0f;
-        if (block.colour()) {
-            const glm::u8vec3 c = decode_colour(block.colour()[slot + uint32_t(k)]);
-            g.colour[i] = uint32_t(c.r) | uint32_t(c.g) << 8 | uint32_t(c.b) << 16;
-        }
-    }
-    return g;
+// A table that fills a vector of any length.
+template <size_t N>
+constexpr std::array<float, kMaxLanes> repeated(const float (&table)[N]) {
+    std::array<float, kMaxLanes> all{};
+    for (size_t i = 0; i < all.size(); ++i) all[i] = table[i % N];
+    return all;
 }
+alignas(64) constexpr auto kRadiusTable = repeated(kRadius), kFlatnessTable = repeated(kFlatness),
+                           kErrorTable = repeated(kErrorOfRadius), kConeTanTable = repeated(kConeTan),
+                           kConeCosTable = repeated(kConeCos), kConeSinTable = repeated(kConeSin);
 
 }  // namespace
 }  // namespace splat
@@ -111,31 +99,116 @@ namespace splat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using D = hn::CappedTag<float, kGroup>;
+using D = hn::CappedTag<float, kMaxLanes>;
 using DU = hn::Rebind<uint32_t, D>;
+using DI = hn::Rebind<int32_t, D>;
 using V = hn::Vec<D>;
 using U = hn::Vec<DU>;
+using I = hn::Vec<DI>;
 using M = hn::Mask<D>;
 
 using V3 = Vector3<V>;
 
-// Decodes a group, culls it, and appends what is to be drawn to `batch`, which has room for kGroup more (and a
-// vector's spill).
-void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, const CutView& view, geom::SplatBatch& batch,
-              GroupResult& result) {
+HWY_INLINE V3 Load3(D d, const std::array<float, Chunk::kLanes> (&from)[3], size_t i) {
+    return {hn::Load(d, &from[0][i]), hn::Load(d, &from[1][i]), hn::Load(d, &from[2][i])};
+}
+HWY_INLINE void Store3(V3 v, D d, std::array<float, Chunk::kLanes> (&to)[3], size_t i) {
+    hn::Store(v.x, d, &to[0][i]), hn::Store(v.y, d, &to[1][i]), hn::Store(v.z, d, &to[2][i]);
+}
+
+HWY_INLINE U Field(U v, int shift, uint32_t mask) {
+    return hn::And(hn::ShiftRightSame(v, shift), hn::Set(DU(), mask));
+}
+
+// table[index], of a table of N in kMaxLanes.
+template <size_t N>
+HWY_INLINE V LookUp(D d, const std::array<float, kMaxLanes>& table, I index) {
+    const DI di;
+    const size_t lanes = hn::Lanes(d);
+    const auto within = hn::IndicesFromVec(d, hn::And(index, hn::Set(di, int32_t(lanes - 1))));
+    V found = hn::TableLookupLanes(hn::Load(d, table.data()), within);
+    for (size_t first = lanes; first < N; first += lanes) {
+        const M beyond = hn::RebindMask(d, hn::Gt(index, hn::Set(di, int32_t(first) - 1)));
+        found = hn::IfThenElse(beyond, hn::TableLookupLanes(hn::Load(d, table.data() + first), within), found);
+    }
+    return found;
+}
+
+// Puts the groups of `parents`, which lie in `block`, into the chunk.
+HWY_INLINE void TakeGroups(std::span<const Opening> parents, const BlockView& block, Chunk& chunk) {
+    const hn::CappedTag<float, kGroup> d;
+    const hn::RebindToUnsigned<decltype(d)> du;
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<uint16_t, decltype(d)> d16;
+    chunk.count = 0;
+    for (size_t g = 0; g < parents.size(); ++g) {
+        const Opening& parent = parents[g];
+        const ShapesFrom shapes = block.shapes_from(parent.slot);
+        for (uint32_t k = 0; k < parent.children; k += uint32_t(hn::Lanes(d))) {
+            const auto to = size_t(chunk.count) + k;
+            const auto lane = hn::Iota(du, k);
+            // Reads up to 14 bytes too much, which is within the block: the shapes stand last.
+            const auto attitude = hn::PromoteTo(du, hn::LoadU(d16, block.attitude() + parent.slot + k));
+            const auto place = hn::PromoteTo(du, hn::LoadU(d16, block.place() + parent.slot + k));
+            hn::StoreU(hn::Or(attitude, hn::ShiftLeft<16>(place)), du, &chunk.code[to]);
+            const auto shape = hn::And(hn::Shr(hn::Set(du, shapes.bits), hn::ShiftLeft<2>(hn::Add(lane, hn::Set(du, shapes.first)))), hn::Set(du, 15u));
+            const auto missing = hn::And(hn::Shr(hn::Set(du, chunk.missing[g]), lane), hn::Set(du, 1u));
+            const auto flags = hn::Or(hn::Mul(missing, hn::Set(du, Chunk::kChildrenMissing)), hn::Set(du, parent.is_inside ? Chunk::kParentInside : 0u));
+            hn::StoreU(hn::Or(shape, flags), du, &chunk.shape[to]);
+            hn::StoreU(hn::Add(hn::Set(du, parent.slot), lane), du, &chunk.slot[to]);
+            if (block.colour()) hn::StoreU(hn::PromoteTo(du, hn::LoadU(d16, block.colour() + parent.slot + k)), du, &chunk.colour[to]);
+            for (int axis = 0; axis < 3; ++axis) {
+                hn::StoreU(hn::Set(d, parent.at[axis]), d, &chunk.parent_at[axis][to]);
+                hn::StoreU(hn::Set(d, parent.normal[axis]), d, &chunk.parent_normal[axis][to]);
+            }
+            hn::StoreU(hn::Set(d, parent.radius), d, &chunk.parent_radius[to]);
+            hn::StoreU(hn::Set(di, parent.cone), di, &chunk.parent_cone[to]);
+        }
+        chunk.count += parent.children;
+    }
+}
+
+// decode_colour() of node.h, as in SplatBatch.
+HWY_INLINE U DecodeColour(U v) {
+    const auto widen = [](U high, int up, int down) HWY_ATTR { return hn::Or(hn::ShiftLeftSame(high, up), hn::ShiftRightSame(high, down)); };
+    const U r = widen(Field(v, 11, 31), 3, 2), g = widen(Field(v, 5, 63), 2, 4), b = widen(Field(v, 0, 31), 3, 2);
+    return hn::Or(r, hn::Or(hn::ShiftLeft<8>(g), hn::ShiftLeft<16>(b)));
+}
+
+// Decodes the groups of `parents`, culls them, lists in `chunk` what is to be opened, and appends what is to be
+// drawn to `batch`, which has room for Chunk::kLanes more.
+void CutGroups(std::span<const Opening> parents, const BlockView& block, const CutView& view, Chunk& chunk,
+               geom::SplatBatch& batch, CutCounts& counts) {
     const D d;
     const DU du;
-    const int lanes = int(hn::Lanes(d));
+    const DI di;
+    TakeGroups(parents, block, chunk);
+    chunk.open_count = 0;
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-    for (int first = 0; first < g.count; first += lanes) {
+    V error_px = zero;  // of what is drawn
+    for (int first = 0; first < chunk.count; first += int(hn::Lanes(d))) {
         const auto i = size_t(first);
-        const M valid = hn::FirstN(d, size_t(g.count - first));
-        const V level = hn::Load(d, &g.radius[i]);
-        const V3 n = DecodeNormal(d, hn::Load(du, &g.normal[i]), frame, parent.cone);
-        const V3 offset = DecodeOffset(d, hn::Load(du, &g.place[i]), level, FrameAbout(d, n), parent.radius);
-        const V3 at{hn::Add(hn::Set(d, parent.at.x), offset.x), hn::Add(hn::Set(d, parent.at.y), offset.y),
-                    hn::Add(hn::Set(d, parent.at.z), offset.z)};
-        const V radius = hn::Mul(hn::Set(d, parent.radius), level);
+        const M valid = hn::FirstN(d, size_t(chunk.count - first));
+        const U code = hn::Load(du, &chunk.code[i]), shape = hn::Load(du, &chunk.shape[i]);
+        const U children = Field(code, 0, 7), place = hn::ShiftRight<16>(code);
+        const I parent_cone = hn::Load(di, &chunk.parent_cone[i]);
+        const V parent_radius = hn::Load(d, &chunk.parent_radius[i]);
+        const V3 parent_at = Load3(d, chunk.parent_at, i);
+        const M parent_inside = hn::RebindMask(d, hn::TestBit(shape, hn::Set(du, Chunk::kParentInside)));
+
+        // decode_cone()
+        const I cone_code = hn::BitCast(di, Field(code, 3, 3));
+        const I next = hn::Sub(hn::Add(hn::Max(parent_cone, hn::Zero(di)), hn::Set(di, 2)), cone_code);
+        const auto no_cone = hn::Eq(cone_code, hn::Set(di, 3));
+        const I cone = hn::IfThenElse(no_cone, hn::Set(di, -1), hn::Min(next, hn::Set(di, kConeCount - 1)));
+
+        const V level = LookUp<kRadiusLevels>(d, kRadiusTable, hn::BitCast(di, Field(place, 0, 15)));
+        const auto any_direction = hn::RebindMask(d, hn::Lt(parent_cone, hn::Zero(di)));
+        const V cone_tan = LookUp<kConeCount>(d, kConeTanTable, hn::Max(parent_cone, hn::Zero(di)));
+        const V3 n = DecodeNormal(d, Field(code, 5, 1023), FrameAbout(d, Load3(d, chunk.parent_normal, i)), cone_tan, any_direction);
+        const V3 offset = DecodeOffset(d, place, level, FrameAbout(d, n), parent_radius);
+        const V3 at{hn::Add(parent_at.x, offset.x), hn::Add(parent_at.y, offset.y), hn::Add(parent_at.z, offset.z)};
+        const V radius = hn::Mul(parent_radius, level);
         const V bound = hn::Mul(radius, hn::Set(d, 1.0f + kSlack));
 
         const V3 forward = Set3(d, view.forward);
@@ -144,26 +217,33 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         M outside = hn::Or(hn::Lt(hn::Add(z, bound), hn::Set(d, view.near)),
                            hn::Gt(hn::Sub(z, bound), hn::Set(d, view.far)));
         M inside = hn::Gt(z, bound);
-        if (!parent.is_inside) {
+        if (!hn::AllTrue(d, hn::Or(parent_inside, hn::Not(valid)))) {
+            M beyond = hn::Lt(zero, zero);
             for (int k = 0; k < 4; ++k) {
                 const V distance = hn::Add(Dot(Set3(d, view.plane[k]), at), hn::Set(d, view.plane_offset[k]));
-                outside = hn::Or(outside, hn::Lt(distance, hn::Neg(bound)));
+                beyond = hn::Or(beyond, hn::Lt(distance, hn::Neg(bound)));
                 inside = hn::And(inside, hn::Gt(distance, bound));
             }
+            outside = hn::Or(outside, hn::AndNot(parent_inside, beyond));
         }
+        inside = hn::Or(inside, parent_inside);
         // All normals within the cone face away from the eye, seen from anywhere in the sphere.
         const V depth = hn::Set(d, view.pivot_depth);
         const V along = hn::Add(Dot(n, at), hn::Mul(depth, Dot(n, forward)));  // n . (centre - eye)
         const V square = hn::Max(zero, hn::Add(Dot(at, at), hn::Mul(depth, hn::Add(hn::Add(ahead, ahead), depth))));
         const V tangent = hn::Sqrt(hn::Max(zero, hn::Sub(square, hn::Mul(bound, bound))));
-        const V cosine = hn::Load(d, &g.cone_cos[i]), sine = hn::Load(d, &g.cone_sin[i]);
+        // A half-angle of 180 degrees never faces away.
+        const I cone_at = hn::Max(cone, hn::Zero(di));
+        const M culls = hn::RebindMask(d, hn::Gt(cone, hn::Set(di, view.cull_backfaces ? -1 : kConeCount)));
+        const V cosine = hn::IfThenElse(culls, LookUp<kConeCount>(d, kConeCosTable, cone_at), hn::Neg(one));
+        const V sine = hn::IfThenElseZero(culls, LookUp<kConeCount>(d, kConeSinTable, cone_at));
         const M away = hn::And(hn::Gt(along, hn::Add(hn::Mul(bound, cosine), hn::Mul(tangent, sine))),
                                hn::Gt(hn::Mul(tangent, cosine), hn::Mul(bound, sine)));
         outside = hn::And(valid, outside);
         const M backface = hn::And(valid, hn::AndNot(outside, away));
         const M visible = hn::AndNot(hn::Or(outside, backface), valid);
 
-        const V flat = hn::Load(d, &g.flatness[i]);
+        const V flat = LookUp<4>(d, kFlatnessTable, hn::BitCast(di, Field(shape, 0, 3)));
         const V facing = Dot(n, forward);
         // Nearest depth of what can be seen of the ellipsoid: where it reaches to the eye's plane beside the view,
         // the picture's corners are still this far ahead.
@@ -178,35 +258,38 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         const V most = hn::Div(hn::Max(zero, hn::Sub(hn::Abs(along), radius)), hn::Add(length, radius));
         const V cos2 = hn::Mul(most, most), lean = hn::Mul(hn::Mul(flat, flat), hn::Sub(one, cos2));
         const V off_disc = hn::Mul(flat, hn::Sqrt(hn::Div(lean, hn::Add(cos2, lean))));
-        const V error = hn::Mul(hn::Mul(radius, hn::Add(hn::Load(d, &g.error[i]), off_disc)), focal);
+        const U error_at = hn::Or(hn::ShiftLeft<2>(Field(code, 15, 1)), Field(shape, 2, 3));
+        const V error_of_radius = LookUp<8>(d, kErrorTable, hn::BitCast(di, error_at));
+        const V error = hn::Mul(hn::Mul(radius, hn::Add(error_of_radius, off_disc)), focal);
         const V diameter = hn::Mul(hn::Add(radius, radius), focal);
         M small = hn::Le(diameter, hn::Mul(hn::Set(d, view.limit_diameter), nearest));
         if (view.by_error) small = hn::And(small, hn::Le(error, hn::Mul(hn::Set(d, view.limit_error), nearest)));
-        const M ends = hn::RebindMask(d, hn::Eq(hn::Load(du, &g.goes_on[i]), hn::Zero(du)));
+        const auto leaf = hn::Eq(children, hn::Zero(du));
+        const auto missing = hn::TestBit(shape, hn::Set(du, Chunk::kChildrenMissing));
+        const M ends = hn::RebindMask(d, hn::Or(leaf, missing));
         const M drawn = hn::And(visible, hn::Or(ends, small));
         const M open = hn::AndNot(drawn, visible);
 
-        const auto bits = [&](M m) {
-            uint8_t byte[8] = {};
-            hn::StoreMaskBits(d, m, byte);
-            return uint32_t(byte[0]) << first;
-        };
-        result.open |= bits(open);
-        result.cut_short |= bits(hn::AndNot(small, drawn));
-        result.inside |= bits(inside);
-        result.frustum += uint32_t(hn::CountTrue(d, outside));
-        result.backface += uint32_t(hn::CountTrue(d, backface));
-        if (parent.is_inside) result.inside = 0xff;
-        hn::Store(at.x, d, &result.at[0][i]), hn::Store(at.y, d, &result.at[1][i]), hn::Store(at.z, d, &result.at[2][i]);
-        hn::Store(offset.x, d, &result.offset[0][i]), hn::Store(offset.y, d, &result.offset[1][i]), hn::Store(offset.z, d, &result.offset[2][i]);
-        hn::Store(n.x, d, &result.normal[0][i]), hn::Store(n.y, d, &result.normal[1][i]), hn::Store(n.z, d, &result.normal[2][i]);
-        hn::Store(radius, d, &result.radius[i]);
+        counts.frustum_culled += hn::CountTrue(d, outside);
+        counts.backface_culled += hn::CountTrue(d, backface);
+        const M is_parent = hn::Not(hn::RebindMask(d, leaf));
+        if (!hn::AllFalse(d, open)) {
+            const U lane = hn::Iota(du, uint32_t(first));
+            hn::StoreU(hn::Compress(lane, hn::RebindMask(du, open)), du, &chunk.open[chunk.open_count]);
+            chunk.open_count += uint32_t(hn::CountTrue(d, open));
+            Store3(at, d, chunk.at, i), Store3(offset, d, chunk.offset, i), Store3(n, d, chunk.normal, i);
+            hn::Store(radius, d, &chunk.radius[i]), hn::Store(cone, di, &chunk.cone[i]);
+            hn::Store(hn::VecFromMask(du, hn::RebindMask(du, inside)), du, &chunk.inside[i]);
+        }
 
         if (hn::AllFalse(d, drawn)) continue;
+        counts.groups_missing += hn::CountTrue(d, hn::And(is_parent, hn::AndNot(small, drawn)));
         const V safe = hn::IfThenElse(hn::Gt(nearest, zero), hn::Div(error, nearest), hn::Inf(d));
-        result.error_px = std::max(result.error_px, hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(drawn, safe))));
+        error_px = hn::Max(error_px, hn::IfThenElseZero(drawn, safe));
         const int to = batch.count;
-        const M turned = hn::And(hn::Gt(along, zero), hn::Gt(hn::Load(d, &g.many_sided[i]), zero));
+        // What stands for surface on several sides is shown from the side it is seen from.
+        const M many_sided = view.two_sided ? hn::Eq(zero, zero) : hn::And(hn::RebindMask(d, no_cone), is_parent);
+        const M turned = hn::And(hn::Gt(along, zero), many_sided);
         const V sign = hn::IfThenElse(turned, hn::Neg(one), one);
         const V3 shown{hn::Mul(n.x, sign), hn::Mul(n.y, sign), hn::Mul(n.z, sign)};
         // Compressed in the register, then stored whole: compressing stores are slow on some processors.
@@ -215,13 +298,14 @@ void CutGroup(const GroupCodes& g, const Opening& parent, const Frame& frame, co
         put(Dot(Set3(d, view.right), shown), batch.nx), put(Dot(Set3(d, view.down), shown), batch.ny), put(Dot(forward, shown), batch.nz);
         put(radius, batch.radius), put(flat, batch.flatness);
         if (view.has_colour)
-            hn::StoreU(hn::Compress(hn::Load(du, &g.colour[i]), hn::RebindMask(du, drawn)), du, batch.colour + to);
+            hn::StoreU(hn::Compress(DecodeColour(hn::Load(du, &chunk.colour[i])), hn::RebindMask(du, drawn)), du, batch.colour + to);
         else
             hn::StoreU(hn::Set(du, view.colour), du, batch.colour + to);
-        const int count = int(hn::CountTrue(d, drawn));
-        batch.count += count;
-        result.drawn += uint32_t(count);
+        batch.count += int(hn::CountTrue(d, drawn));
+        counts.splats += hn::CountTrue(d, drawn);
     }
+    counts.nodes_visited += uint64_t(chunk.count);
+    counts.error_bound_px = std::max(counts.error_bound_px, double(hn::GetLane(hn::MaxOfLanes(d, error_px))));
 }
 
 }  // namespace HWY_NAMESPACE
@@ -231,17 +315,19 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace splat {
 
-HWY_EXPORT(CutGroup);
+HWY_EXPORT(CutGroups);
 
 namespace {
 
 constexpr size_t kTasks = 256;        // the top ends where this many nodes wait to be opened
+constexpr uint32_t kLineNodes = 32;   // nodes in a cache line of a channel
 constexpr size_t kCachedBlocks = 64;  // a thread's opened blocks, by number modulo this
 
 // What a thread keeps between tasks and frames.
 struct Walker {
     std::array<BlockView, kCachedBlocks> blocks;
     std::vector<Opening> level, next;
+    Chunk chunk;
     geom::SplatBatch batch;
 
     BlockView& open_block(const Model& model, uint64_t number) {
@@ -311,40 +397,57 @@ struct Cut::State {
     std::unique_ptr<std::atomic<uint8_t>[]> touched;  // by block: the frame it was last used in
     uint8_t frame = 0;
 
-    // Opens one node: its group is cut, drawn nodes go to the batch, the others to push(lane, opening, offset).
+    // Opens nodes whose groups lie in one block: the groups are cut, drawn nodes go to the batch, the others to
+    // push(opening, offset).
     template <class Push>
-    void open(const Opening& node, Walker& walker, geom::SplatBatch& batch, CutCounts& c, const Push& push) {
-        BlockView& block = walker.open_block(model, node.block);
-        if (touched[node.block].exchange(frame, std::memory_order_relaxed) != frame) ++c.blocks_touched;
-        if (node.slot + node.children > block.node_count()) model.fault(node.block, "a sibling group goes beyond its nodes");
-        GroupCodes codes = take_group(block, node.slot, node.children, node.cone, view.cull_backfaces, view.two_sided);
-        if (!model.is_complete()) stop_at_missing(node, block, codes);
-        GroupResult result;
-        HWY_DYNAMIC_DISPATCH(CutGroup)(codes, node, frame_about(node.normal), view, batch, result);
-        c.nodes_visited += node.children;
-        c.frustum_culled += result.frustum, c.backface_culled += result.backface, c.splats += result.drawn;
-        c.error_bound_px = std::max(c.error_bound_px, double(result.error_px));
-        if (c.nodes_visited > most_nodes) model.fault(node.block, "is reached more than once");
-        for (uint32_t cut = result.cut_short; cut; cut &= cut - 1)
-            c.groups_missing += codes.children[size_t(__builtin_ctz(cut))] != 0;
-        for (uint32_t open = result.open; open; open &= open - 1) {
-            const auto k = size_t(__builtin_ctz(open));
-            const GroupAt group = block.group_of(node.slot + uint32_t(k));
-            if (group.block < node.block || (group.block == node.block && group.slot <= node.slot))
-                model.fault(node.block, "a node's children stand before it");
-            const Opening child{{result.at[0][k], result.at[1][k], result.at[2][k]}, result.radius[k],
-                          {result.normal[0][k], result.normal[1][k], result.normal[2][k]}, codes.cone[k],
-                          uint8_t(codes.children[k]), (result.inside >> k & 1) != 0, group.slot, group.block};
-            push(child, glm::dvec3(result.offset[0][k], result.offset[1][k], result.offset[2][k]));
+    void open(std::span<const Opening> nodes, Walker& walker, geom::SplatBatch& batch, CutCounts& c, const Push& push) {
+        const uint64_t number = nodes[0].block;
+        BlockView& block = walker.open_block(model, number);
+        if (touched[number].exchange(frame, std::memory_order_relaxed) != frame) ++c.blocks_touched;
+        for (const Opening& node : nodes)
+            if (node.slot + node.children > block.node_count()) model.fault(number, "a sibling group goes beyond its nodes");
+        Chunk& chunk = walker.chunk;
+        if (!model.is_complete()) mark_missing(nodes, block, chunk);
+        HWY_DYNAMIC_DISPATCH(CutGroups)(nodes, block, view, chunk, batch, c);
+        if (c.nodes_visited > most_nodes) model.fault(number, "is reached more than once");
+        GroupAt asked{~uint64_t{0}, 0};
+        for (uint32_t i = 0; i < chunk.open_count; ++i) {
+            const size_t k = chunk.open[i];
+            const GroupAt group = block.group_of(chunk.slot[k]);
+            if (group.block < number || (group.block == number && group.slot <= chunk.slot[k]))
+                model.fault(number, "a node's children stand before it");
+            // Groups follow each other: most lie in lines that were asked for already.
+            if (group.block != asked.block || group.slot / kLineNodes != asked.slot / kLineNodes)
+                model.prefetch(asked = group);
+            push(Opening{{chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]}, chunk.radius[k],
+                         {chunk.normal[0][k], chunk.normal[1][k], chunk.normal[2][k]}, int16_t(chunk.cone[k]),
+                         uint8_t(chunk.code[k] & 7), chunk.inside[k] != 0, group.slot, group.block},
+                 glm::dvec3(chunk.offset[0][k], chunk.offset[1][k], chunk.offset[2][k]));
         }
     }
 
-    void stop_at_missing(const Opening& node, BlockView& block, GroupCodes& codes) const {
-        for (uint32_t k = 0; k < node.children; ++k)
-            if (codes.children[k] != 0 && !model.has_block(block.group_of(node.slot + k).block)) codes.goes_on[k] = 0;
+    void mark_missing(std::span<const Opening> nodes, BlockView& block, Chunk& chunk) const {
+        for (size_t g = 0; g < nodes.size(); ++g) {
+            uint32_t bits = 0;
+            for (uint32_t k = 0; k < nodes[g].children; ++k) {
+                const uint32_t slot = nodes[g].slot + k;
+                if (block.children_of(slot) != 0 && !model.has_block(block.group_of(slot).block)) bits |= 1u << k;
+            }
+            chunk.missing[g] = uint8_t(bits);
+        }
     }
 
-    static bool is_full(const geom::SplatBatch& batch) { return batch.count + 4 * kGroup > geom::SplatBatch::kCapacity; }
+    static bool is_full(const geom::SplatBatch& batch) { return batch.count + Chunk::kLanes > geom::SplatBatch::kCapacity; }
+
+    // As many nodes from the first on as a chunk takes.
+    static std::span<const Opening> first_chunk(std::span<const Opening> nodes) {
+        size_t n = 0;
+        for (int count = 0; n < nodes.size() && nodes[n].block == nodes[0].block; ++n) {
+            count += nodes[n].children;
+            if (count > Chunk::kNodes) break;
+        }
+        return nodes.first(n);
+    }
 
     // The levels above the tasks, with centres in double.
     void walk_top() {
@@ -360,7 +463,7 @@ struct Cut::State {
             for (const auto& [node, centre] : level) {
                 const glm::dvec3 from = centre;
                 if (is_full(top_batch)) top_batches.push_back(top_batch), top_batch.count = 0;
-                open(node, walker, top_batch, top_counts, [&](Opening child, const glm::dvec3& offset) {
+                open({&node, 1}, walker, top_batch, top_counts, [&](Opening child, const glm::dvec3& offset) {
                     const glm::dvec3 c = from + offset;
                     child.at = glm::vec3(c - view.pivot);
                     next.emplace_back(child, c);
@@ -379,9 +482,10 @@ struct Cut::State {
         walker.level.assign(1, from);
         while (!walker.level.empty()) {
             walker.next.clear();
-            for (const Opening& node : walker.level) {
+            for (std::span<const Opening> rest = walker.level, nodes; !rest.empty(); rest = rest.subspan(nodes.size())) {
+                nodes = first_chunk(rest);
                 if (is_full(walker.batch)) sink(walker.batch), walker.batch.count = 0;
-                open(node, walker, walker.batch, c, [&](const Opening& child, const glm::dvec3&) { walker.next.push_back(child); });
+                open(nodes, walker, walker.batch, c, [&](const Opening& child, const glm::dvec3&) { walker.next.push_back(child); });
             }
             std::swap(walker.level, walker.next);
         }

@@ -84,9 +84,12 @@ void EncodeNormals(const V3& wanted, const Frame& parent, int cone, size_t lane,
     auto best = low;
     V best_dot = hn::Set(d, -2.0f);
     V3 normal{zero, zero, one};
+    const FrameLanes<V> parent_frame{Set3(d, parent.t1), Set3(d, parent.t2), Set3(d, parent.n)};
+    const V cone_tan = hn::Set(d, kConeTan[std::max(cone, 0)]);
+    const auto any_direction = hn::Lt(hn::Set(d, float(cone)), zero);
     for (uint32_t k = 0; k < 4; ++k) {
         const auto code = hn::Add(low, hn::Set(du, k / 2 * uint32_t(kNormalSteps) + k % 2));
-        const V3 n = DecodeNormal(d, code, parent, cone);
+        const V3 n = DecodeNormal(d, code, parent_frame, cone_tan, any_direction);
         const V dot = Dot(n, wanted);
         const auto better = hn::Gt(dot, best_dot);
         best_dot = hn::IfThenElse(better, dot, best_dot), best = hn::IfThenElse(hn::RebindMask(du, better), code, best);
@@ -331,7 +334,7 @@ void FitGroup(GroupContent& content, const Node& parent, GroupFit& fit) {
     }
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
         const FrameLanes<V> own{Load3(state.t1, lane), Load3(state.t2, lane), Load3(state.normal, lane)};
-        const V3 offset = DecodeOffset(d, hn::Load(du, &state.place[lane]), hn::Load(d, &state.radius_level[lane]), own, parent.radius);
+        const V3 offset = DecodeOffset(d, hn::Load(du, &state.place[lane]), hn::Load(d, &state.radius_level[lane]), own, hn::Set(d, parent.radius));
         alignas(32) Lanes<float> x, y, z;
         hn::Store(offset.x, d, &x[lane]), hn::Store(offset.y, d, &y[lane]), hn::Store(offset.z, d, &z[lane]);
         for (size_t k = lane; k < lane + hn::Lanes(d); ++k) fit.offset[k] = {x[k], y[k], z[k]};

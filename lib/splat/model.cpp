@@ -43,6 +43,16 @@ std::span<const std::byte> Model::block(uint64_t number) const {
     return file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
 }
 
+void Model::prefetch(const GroupAt& group) const {
+    if (!has_block(group.block)) return;
+    const std::byte* block = file_.bytes().data() + kHeaderSize + group.block * header_.block_size;
+    __builtin_prefetch(block);
+    __builtin_prefetch(block + layout_.attitude + 2 * group.slot);
+    __builtin_prefetch(block + layout_.place + 2 * group.slot);
+    __builtin_prefetch(block + layout_.shape + group.slot / 2);
+    if (header_.has_colour()) __builtin_prefetch(block + layout_.colour + 2 * group.slot);
+}
+
 void Model::check_block(uint64_t number) const {
     const auto bytes = file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
     BlockHeader head;
@@ -77,15 +87,19 @@ void BlockView::open(const Model& model, uint64_t number) {
 }
 
 void BlockView::count_children() {
-    child_at_.resize(node_count_);
-    uint32_t block = 0, slot = child_slot_;
-    for (uint32_t i = 0; i < node_count_; ++i) {
-        const uint32_t n = attitude_[i] & 7u;
-        const bool next = slot + n > capacity_;
-        block += next;
-        slot = next ? 0 : slot;
-        child_at_[i] = block << 16 | slot;
-        slot += n;
+    child_at_.resize(node_count_ / kCountedNodes + 1);
+    GroupAt at{child_block_, child_slot_};
+    for (uint32_t i = 0; i < child_at_.size(); ++i) {
+        child_at_[i] = at;
+        const uint32_t first = i * kCountedNodes;
+        if (first + kCountedNodes > node_count_) break;
+        uint64_t four;
+        std::memcpy(&four, attitude_ + first, sizeof(four));
+        const uint32_t sum = uint32_t((four & 0x0007000700070007u) * 0x0001000100010001u >> 48);
+        if (at.slot + sum <= capacity_)
+            at.slot += sum;
+        else
+            at = after(at, first, first + kCountedNodes);
     }
 }
 

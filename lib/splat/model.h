@@ -4,7 +4,9 @@
 // thread comes first; after that nodes are decoded straight from the mapped bytes.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <memory>
 #include <span>
 #include <string>
@@ -45,6 +47,9 @@ class Model {
     // "<name>: block 7 at byte 7424: ...".
     std::span<const std::byte> block(uint64_t number) const;
 
+    // Asks for the memory of a group that will be read soon; nothing where it is not there.
+    void prefetch(const GroupAt& group) const;
+
     // How many blocks were used so far (for reports).
     uint64_t blocks_used() const { return blocks_used_.load(std::memory_order_relaxed); }
 
@@ -62,6 +67,12 @@ class Model {
     mutable std::atomic<uint64_t> blocks_used_{0};
 };
 
+// Shapes of the block's nodes, the one that was asked for among them.
+struct ShapesFrom {
+    uint32_t bits;   // four a node
+    uint32_t first;  // place in `bits` of the node that was asked for
+};
+
 // The nodes of one block and where their children are: a running count, done when it is first asked for
 // (most blocks hold leaves only).
 class BlockView {
@@ -77,21 +88,42 @@ class BlockView {
     const uint16_t* colour() const { return colour_; }  // null without the channel
 
     uint8_t shape_of(uint32_t slot) const { return uint8_t(shape_[slot / 2] >> (slot & 1 ? 4 : 0) & 15); }
+    // Of `slot` and the six after it, as far as the block has them.
+    ShapesFrom shapes_from(uint32_t slot) const {
+        const uint32_t byte = std::min(slot / 2, (capacity_ + 1) / 2 - 4);
+        uint32_t bits;
+        std::memcpy(&bits, shape_ + byte, sizeof(bits));
+        return {bits, slot - 2 * byte};
+    }
     int children_of(uint32_t slot) const { return attitude_[slot] & 7; }
     GroupAt group_of(uint32_t slot) {  // of a node with children
         if (child_at_.empty()) count_children();
-        return {child_block_ + (child_at_[slot] >> 16), child_at_[slot] & 0xffffu};
+        const uint32_t from = slot / kCountedNodes;
+        const GroupAt at = after(child_at_[from], from * kCountedNodes, slot);
+        return at.slot + uint32_t(children_of(slot)) > capacity_ ? GroupAt{at.block + 1, 0} : at;
     }
 
   private:
+    static constexpr uint32_t kCountedNodes = 4;
+
     void count_children();
+
+    // The end of the groups of nodes [first, last), if that of the nodes before is `at`.
+    GroupAt after(GroupAt at, uint32_t first, uint32_t last) const {
+        for (uint32_t slot = first; slot < last; ++slot) {
+            const uint32_t n = uint32_t(children_of(slot));
+            if (at.slot + n > capacity_) ++at.block, at.slot = 0;
+            at.slot += n;
+        }
+        return at;
+    }
 
     bool is_open_ = false;
     uint64_t number_ = 0, child_block_ = 0;
     uint32_t node_count_ = 0, child_slot_ = 0, capacity_ = 0;
     const uint16_t *attitude_ = nullptr, *place_ = nullptr, *colour_ = nullptr;
     const uint8_t* shape_ = nullptr;
-    std::vector<uint32_t> child_at_;  // block - child_block_ in the high half, slot in the low
+    std::vector<GroupAt> child_at_;  // end of the groups of the nodes before every kCountedNodes-th
 };
 
 }  // namespace splat
