@@ -21,6 +21,7 @@ namespace {
 constexpr uint32_t kHullLeaves = 49;       // leaves summarised by one box for the upper tree
 constexpr double kOpenGap = 0.1;           // widest boundary, in radii, of a model still taken as closed
 constexpr size_t kFacePiece = size_t(1) << 16;
+constexpr size_t kMostWatchers = 3;        // subtrees besides its own that see all the faces at a leaf
 
 // Gives a vector's memory back (assigning {} would keep it).
 template <class T>
@@ -28,7 +29,7 @@ void release(std::vector<T>& v) {
     std::vector<T>().swap(v);
 }
 
-// The faces that touch each subtree, as leaf numbers, in the order of the input.
+// The faces that touch each subtree, and those at the corners of these, as leaf numbers, in the order of the input.
 struct FaceBuckets {
     std::vector<glm::u32vec3> faces;
     std::vector<size_t> begin;  // by subtree, and the end
@@ -160,17 +161,23 @@ class Builder {
         // Few pieces for many subtrees: the table of counts stays small beside the faces.
         const size_t piece = std::max(kFacePiece, mesh_.triangles.size() / 64 + 1);
         const size_t pieces = (mesh_.triangles.size() + piece - 1) / piece;
-        std::vector<std::vector<uint32_t>> at(pieces);
         std::vector<uint64_t> flat(pieces, 0);
         core::parallel_for(pieces, [&](size_t p) {
-            at[p].assign(subtrees, 0);
-            for_faces(p, piece, [&](glm::u32vec3& face) {
+            const size_t end = std::min(mesh_.triangles.size(), (p + 1) * piece);
+            for (size_t f = p * piece; f < end; ++f) {
+                glm::u32vec3& face = mesh_.triangles[f];
                 for (int k = 0; k < 3; ++k) face[k] = leaf_of_[face[k]];
                 flat[p] += has_no_area(face);
-            }, [&](uint32_t s, const glm::u32vec3&) { ++at[p][s]; });
+            }
         });
         report_.zero_area_faces = std::accumulate(flat.begin(), flat.end(), uint64_t(0));
         release(leaf_of_);
+        find_watchers(pieces, piece);
+        std::vector<std::vector<uint32_t>> at(pieces);
+        core::parallel_for(pieces, [&](size_t p) {
+            at[p].assign(subtrees, 0);
+            for_faces(p, piece, [&](uint32_t s, const glm::u32vec3&) { ++at[p][s]; });
+        });
         buckets_.begin.assign(subtrees + 1, 0);
         std::vector<std::vector<size_t>> to(pieces, std::vector<size_t>(subtrees));
         size_t sum = 0;
@@ -181,22 +188,68 @@ class Builder {
         buckets_.begin[subtrees] = sum;
         buckets_.faces.resize(sum);
         core::parallel_for(pieces, [&](size_t p) {
-            for_faces(p, piece, [](glm::u32vec3&) {}, [&](uint32_t s, const glm::u32vec3& face) { buckets_.faces[to[p][s]++] = face; });
+            for_faces(p, piece, [&](uint32_t s, const glm::u32vec3& face) { buckets_.faces[to[p][s]++] = face; });
         });
         release(mesh_.triangles);
+        release(watchers_), release(is_watched_);
     }
 
-    // Calls prepare(face), then emit(subtree, face) once for each subtree that the face touches.
-    template <class Prepare, class Emit>
-    void for_faces(size_t p, size_t piece, const Prepare& prepare, const Emit& emit) {
+    // A leaf, and a subtree that it does not belong to but has a face with.
+    struct Watcher {
+        uint32_t leaf, subtree;
+        auto operator<=>(const Watcher&) const = default;
+    };
+
+    // Which leaves' faces other subtrees want to see.  Those of a leaf that has faces with many subtrees are left out:
+    // in a soup of faces all would want to see all.
+    void find_watchers(size_t pieces, size_t piece) {
+        std::vector<std::vector<Watcher>> found(pieces);
+        core::parallel_for(pieces, [&](size_t p) {
+            const size_t end = std::min(mesh_.triangles.size(), (p + 1) * piece);
+            for (size_t f = p * piece; f < end; ++f) {
+                const glm::u32vec3& face = mesh_.triangles[f];
+                const uint32_t s[3] = {subtree_of(face.x), subtree_of(face.y), subtree_of(face.z)};
+                if (s[0] == s[1] && s[0] == s[2]) continue;
+                for (int k = 0; k < 3; ++k)
+                    for (int j = 0; j < 3; ++j)
+                        if (s[j] != s[k]) found[p].push_back({face[k], s[j]});
+            }
+            std::sort(found[p].begin(), found[p].end());
+            found[p].erase(std::unique(found[p].begin(), found[p].end()), found[p].end());
+        });
+        for (std::vector<Watcher>& w : found) watchers_.insert(watchers_.end(), w.begin(), w.end()), release(w);
+        std::sort(watchers_.begin(), watchers_.end());
+        watchers_.erase(std::unique(watchers_.begin(), watchers_.end()), watchers_.end());
+        size_t kept = 0;
+        for (size_t begin = 0, end = 0; begin < watchers_.size(); begin = end) {
+            while (end < watchers_.size() && watchers_[end].leaf == watchers_[begin].leaf) ++end;
+            if (end - begin > kMostWatchers) continue;
+            for (size_t k = begin; k < end; ++k) watchers_[kept++] = watchers_[k];
+        }
+        watchers_.resize(kept);
+        is_watched_.assign(points_.size(), false);
+        for (const Watcher& w : watchers_) is_watched_[w.leaf] = true;
+    }
+
+    // Calls emit(subtree, face) once for each subtree that the face touches or that wants to see one of its corners.
+    template <class Emit>
+    void for_faces(size_t p, size_t piece, const Emit& emit) {
         const size_t end = std::min(mesh_.triangles.size(), (p + 1) * piece);
         for (size_t f = p * piece; f < end; ++f) {
-            glm::u32vec3& face = mesh_.triangles[f];
-            prepare(face);
-            const uint32_t a = subtree_of(face.x), b = subtree_of(face.y), c = subtree_of(face.z);
-            emit(a, face);
-            if (b != a) emit(b, face);
-            if (c != a && c != b) emit(c, face);
+            const glm::u32vec3& face = mesh_.triangles[f];
+            uint32_t sent[3 + 3 * kMostWatchers];
+            size_t count = 0;
+            const auto send = [&](uint32_t s) {
+                if (std::find(sent, sent + count, s) != sent + count) return;
+                sent[count++] = s;
+                emit(s, face);
+            };
+            for (int k = 0; k < 3; ++k) send(subtree_of(face[k]));
+            for (int k = 0; k < 3; ++k) {
+                if (!is_watched_[face[k]]) continue;
+                for (auto w = std::lower_bound(watchers_.begin(), watchers_.end(), Watcher{face[k], 0}); w != watchers_.end() && w->leaf == face[k]; ++w)
+                    send(w->subtree);
+            }
         }
     }
 
@@ -243,10 +296,13 @@ class Builder {
         }
         for (const glm::u32vec3& face : buckets_.of(s)) {
             const glm::dvec3 corner[3] = {model(face.x), model(face.y), model(face.z)};
-            for (int k = 0; k < 3; ++k)
-                if (face[k] - begin < end - begin)
-                    for (const glm::dvec3& p : corner) extend(face[k], p);
-            sum.normal += glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
+            bool touches = false;
+            for (int k = 0; k < 3; ++k) {
+                if (face[k] - begin >= end - begin) continue;
+                for (const glm::dvec3& p : corner) extend(face[k], p);
+                touches = true;
+            }
+            if (touches) sum.normal += glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
         }
         for (size_t b = 0; b < boxes; ++b)
             for (int k = 0; k < 8; ++k)
@@ -449,6 +505,8 @@ class Builder {
     glm::dvec3 model_offset_{0};
     double inverse_scale_ = 1;
     FaceBuckets buckets_;
+    std::vector<Watcher> watchers_;  // by leaf
+    std::vector<bool> is_watched_;   // by leaf
     std::vector<Summary> summary_;
     std::vector<glm::vec3> hull_;
     std::vector<size_t> hull_begin_;

@@ -79,16 +79,23 @@ struct Chunk {
     alignas(64) std::array<int32_t, kLanes> cone;
 };
 
+// kErrorOfRadius, row by row.
+constexpr auto kErrorByFlatness = [] {
+    struct { float of[32]; } all{};
+    for (size_t k = 0; k < 32; ++k) all.of[k] = kErrorOfRadius[k / 8][k % 8];
+    return all;
+}();
 // A table that fills a vector of any length.
 template <size_t N>
-constexpr std::array<float, kMaxLanes> repeated(const float (&table)[N]) {
-    std::array<float, kMaxLanes> all{};
+constexpr auto repeated(const float (&table)[N]) {
+    std::array<float, N < kMaxLanes ? kMaxLanes : N> all{};
     for (size_t i = 0; i < all.size(); ++i) all[i] = table[i % N];
     return all;
 }
 alignas(64) constexpr auto kRadiusTable = repeated(kRadius), kFlatnessTable = repeated(kFlatness),
-                           kErrorTable = repeated(kErrorOfRadius), kConeTanTable = repeated(kConeTan),
+                           kConeTanTable = repeated(kConeTan),
                            kConeCosTable = repeated(kConeCos), kConeSinTable = repeated(kConeSin);
+alignas(64) constexpr auto kErrorTable = repeated(kErrorByFlatness.of);
 
 }  // namespace
 }  // namespace splat
@@ -120,9 +127,9 @@ HWY_INLINE U Field(U v, int shift, uint32_t mask) {
     return hn::And(hn::ShiftRightSame(v, shift), hn::Set(DU(), mask));
 }
 
-// table[index], of a table of N in kMaxLanes.
-template <size_t N>
-HWY_INLINE V LookUp(D d, const std::array<float, kMaxLanes>& table, I index) {
+// table[index], of a repeated() table of N.
+template <size_t N, class Table>
+HWY_INLINE V LookUp(D d, const Table& table, I index) {
     const DI di;
     const size_t lanes = hn::Lanes(d);
     const auto within = hn::IndicesFromVec(d, hn::And(index, hn::Set(di, int32_t(lanes - 1))));
@@ -258,8 +265,8 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         const V most = hn::Div(hn::Max(zero, hn::Sub(hn::Abs(along), radius)), hn::Add(length, radius));
         const V cos2 = hn::Mul(most, most), lean = hn::Mul(hn::Mul(flat, flat), hn::Sub(one, cos2));
         const V off_disc = hn::Mul(flat, hn::Sqrt(hn::Div(lean, hn::Add(cos2, lean))));
-        const U error_at = hn::Or(hn::ShiftLeft<2>(Field(code, 15, 1)), Field(shape, 2, 3));
-        const V error_of_radius = LookUp<8>(d, kErrorTable, hn::BitCast(di, error_at));
+        const U error_at = hn::Or(hn::ShiftLeft<3>(Field(shape, 0, 3)), hn::Or(hn::ShiftLeft<2>(Field(code, 15, 1)), Field(shape, 2, 3)));
+        const V error_of_radius = LookUp<32>(d, kErrorTable, hn::BitCast(di, error_at));
         const V error = hn::Mul(hn::Mul(radius, hn::Add(error_of_radius, off_disc)), focal);
         const V diameter = hn::Mul(hn::Add(radius, radius), focal);
         M small = hn::Le(diameter, hn::Mul(hn::Set(d, view.limit_diameter), nearest));

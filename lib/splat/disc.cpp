@@ -21,6 +21,42 @@ using V = hn::Vec<D>;
 
 using V3 = Vector3<V>;
 
+// How far up or down the faces (v, p, q), with normals n, go over the disc whose radius has this square.  Highest and
+// lowest a face is where its edges enter or leave the disc or end in it, or where the rim is furthest up or down its plane.
+// The disc is taken larger by what rounding may do.
+HWY_INLINE V HeightOverDisc(const V3& v, const V3& p, const V3& q, const V3& n, V square) {
+    const D d;
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), tiny = hn::Set(d, std::numeric_limits<float>::min());
+    const auto cross = [&](V ax, V ay, V bx, V by) { return hn::Sub(hn::Mul(ax, by), hn::Mul(ay, bx)); };
+    const auto from_axis = [&](const V3& t) { return hn::Add(hn::Mul(t.x, t.x), hn::Mul(t.y, t.y)); };
+    const V reach = hn::Add(square, hn::Mul(hn::Max(from_axis(v), hn::Max(from_axis(p), from_axis(q))), hn::Set(d, 1e-6f)));
+    const auto along_edge = [&](const V3& s, const V3& t) {
+        const V dx = hn::Sub(t.x, s.x), dy = hn::Sub(t.y, s.y), dz = hn::Sub(t.z, s.z);
+        const V inverse = hn::Div(one, hn::Max(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), tiny));
+        const V middle = hn::Mul(hn::Neg(hn::Add(hn::Mul(s.x, dx), hn::Mul(s.y, dy))), inverse);
+        const V area = cross(s.x, s.y, t.x, t.y);
+        const V left = hn::Sub(reach, hn::Mul(hn::Mul(area, area), inverse));
+        const V half = hn::Sqrt(hn::Mul(hn::Max(left, zero), inverse));
+        const V first = hn::Max(zero, hn::Sub(middle, half)), last = hn::Min(one, hn::Add(middle, half));
+        const V most = hn::Max(hn::Abs(hn::Add(s.z, hn::Mul(first, dz))), hn::Abs(hn::Add(s.z, hn::Mul(last, dz))));
+        return hn::IfThenElseZero(hn::And(hn::Ge(left, zero), hn::Le(first, last)), most);
+    };
+    const V slope = hn::Sqrt(hn::Add(hn::Mul(n.x, n.x), hn::Mul(n.y, n.y)));
+    const V outwards = hn::Div(hn::Sqrt(reach), hn::Max(slope, tiny));
+    const V middle = Dot(n, v), tolerance = hn::Mul(reach, hn::Set(d, -1e-5f)), inverse = hn::Div(one, n.z);
+    const auto at_rim = [&](V to) {
+        const V x = hn::Mul(n.x, to), y = hn::Mul(n.y, to);
+        const auto side = [&](const V3& s, const V3& t) {
+            return hn::Ge(cross(hn::Sub(s.x, x), hn::Sub(s.y, y), hn::Sub(t.x, x), hn::Sub(t.y, y)), tolerance);
+        };
+        const V most = hn::Abs(hn::Mul(hn::Sub(middle, hn::Mul(to, hn::Mul(slope, slope))), inverse));
+        return hn::IfThenElseZero(hn::And(side(v, p), hn::And(side(p, q), side(q, v))), most);
+    };
+    const V edges = hn::Max(along_edge(v, p), hn::Max(along_edge(p, q), along_edge(q, v)));
+    const V corners = hn::Max(hn::Abs(v.z), hn::Max(hn::Abs(p.z), hn::Abs(q.z)));
+    return hn::Min(corners, hn::Max(edges, hn::Max(at_rim(outwards), at_rim(hn::Neg(outwards)))));
+}
+
 // Some faces about a leaf, turned into its disc's frame, and the edges of their rim that cross the disc.
 class Patch {
   public:
@@ -116,20 +152,23 @@ class Patch {
         return true;
     }
 
-    // The third corner of the face that has an edge the other way round: about the leaf where the edge begins, its p
-    // where q is the edge's end; about the leaf where it ends, its q where p is the edge's beginning.
+    // The third corner of the face that has an edge the other way round: about the corner where the edge begins, its p
+    // where q is the edge's end; about the corner where it ends, its q where p is the edge's beginning.
     uint32_t beyond(const Edge& e) const {
-        const bool is_from = e.from < surface_.count;
-        const uint32_t leaf = is_from ? e.from : e.to;
-        if (leaf >= surface_.count) return kNone;
+        const uint32_t third = partner(e.from, e.to, 0xaau);
+        return third != kNone ? third : partner(e.to, e.from, 0x55u);
+    }
+
+    // The other corner of the face about a corner that has `corner` where the bits of the mask are set.
+    uint32_t partner(uint32_t about, uint32_t corner, unsigned mask) const {
         const hn::CappedTag<uint32_t, 8> du;
-        const uint32_t begin = surface_.fan_begin[leaf], numbers = 2 * surface_.valence(leaf);
+        const uint32_t begin = surface_.fan_begin[about], numbers = 2 * surface_.valence(about);
         const uint32_t* const fan = &surface_.fan[begin].x;
         for (uint32_t at = 0; at < numbers; at += uint32_t(hn::Lanes(du))) {
-            const auto same = hn::And(hn::FirstN(du, numbers - at), hn::Eq(hn::LoadU(du, fan + at), hn::Set(du, is_from ? e.to : e.from)));
+            const auto same = hn::And(hn::FirstN(du, numbers - at), hn::Eq(hn::LoadU(du, fan + at), hn::Set(du, corner)));
             uint8_t bits[8] = {};
             hn::StoreMaskBits(du, same, bits);
-            if (const unsigned found = bits[0] & (is_from ? 0xaau : 0x55u)) return fan[(at + unsigned(__builtin_ctz(found))) ^ 1u];
+            if (const unsigned found = bits[0] & mask) return fan[(at + unsigned(__builtin_ctz(found))) ^ 1u];
         }
         return kNone;
     }
@@ -163,17 +202,10 @@ class Patch {
                 const V x = hn::Add(s.x, hn::Mul(at, dx)), y = hn::Add(s.y, hn::Mul(at, dy));
                 return hn::Add(hn::Mul(x, x), hn::Mul(y, y));
             };
-            const V vp = square_to(v, p), pq = square_to(p, q), qv = square_to(q, v);
             const auto cross = [&](const V3& s, const V3& t) { return hn::Sub(hn::Mul(s.x, t.y), hn::Mul(s.y, t.x)); };
             const auto around = hn::And(valid, hn::And(hn::Ge(cross(v, p), zero), hn::And(hn::Ge(cross(p, q), zero), hn::Ge(cross(q, v), zero))));
-            const auto meets = hn::And(valid, hn::Or(around, hn::Le(hn::Min(vp, hn::Min(pq, qv)), square)));
             is_over_centre_ |= !hn::AllFalse(d, around);
-            // A face stays within its corners' heights, and within those of its plane in the radius.
-            const V corners = hn::Max(hn::Abs(v.z), hn::Max(hn::Abs(p.z), hn::Abs(q.z)));
-            const V slope = hn::Sqrt(hn::Add(hn::Mul(n.x, n.x), hn::Mul(n.y, n.y)));
-            const V plane = hn::Div(hn::Add(hn::Abs(Dot(n, v)), hn::Mul(slope, r)), n.z);
-            const V height = hn::IfThenElseZero(meets, hn::Min(corners, plane));
-            height_ = std::max(height_, hn::GetLane(hn::MaxOfLanes(d, height)));
+            height_ = std::max(height_, hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(valid, HeightOverDisc(v, p, q, n, square)))));
             const auto take_rim = [&](V to, const V3& s, const V3& t, int corner) {
                 const auto crossing = hn::And(valid, hn::Le(to, square));
                 if (hn::AllFalse(d, crossing)) return;
@@ -188,8 +220,8 @@ class Patch {
                     meet({face[corner], face[(corner + 1) % 3], uint16_t(i + lane), uint8_t(corner), false, overhang[lane]});
                 }
             };
-            take_rim(pq, p, q, 1);
-            if (first > 0) take_rim(qv, q, v, 2);
+            take_rim(square_to(p, q), p, q, 1);
+            if (first > 0) take_rim(square_to(q, v), q, v, 2);
         }
         return true;
     }
@@ -232,33 +264,84 @@ struct Rings {
     }
 };
 
-// Bounds on the distance of the disc's points from the nearest of some convex parts, each with its own error: cell by
-// cell the part whose distance, at the cell's corners, is least.
+// A cell cut into 4 x 4, by its corners and all between them.
+constexpr int kCuts = 4, kGrid = (kCuts + 1) * (kCuts + 1), kGridRoom = kGrid + 16;
+struct CellGrid {
+    float x[kGridRoom], y[kGridRoom];
+    float x_middle, y_middle, reach;  // no point of the cell is further from its middle
+
+    CellGrid(const Rings& rings, float radius, int ring, int sector) {
+        const auto corner = [&](int r, int k) {
+            return r < 0 ? glm::vec2(0) : radius * glm::vec2(rings.x[r][k % kSectors], rings.y[r][k % kSectors]);
+        };
+        const glm::vec2 a = corner(ring - 1, sector), b = corner(ring - 1, sector + 1), c = corner(ring, sector), e = corner(ring, sector + 1);
+        for (int k = 0; k < kGridRoom; ++k) {
+            const int at = std::min(k, kGrid - 1);
+            const float s = float(at % (kCuts + 1)) / kCuts, t = float(at / (kCuts + 1)) / kCuts;
+            const glm::vec2 p = (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * e);
+            x[k] = p.x, y[k] = p.y;
+        }
+        const glm::vec2 middle = 0.25f * (a + b + c + e);
+        x_middle = middle.x, y_middle = middle.y, reach = 0;
+        for (const glm::vec2& p : {a, b, c, e}) reach = std::max(reach, glm::length(p - middle));
+    }
+};
+
+// Bound on the distance of the disc's points from the nearest of some convex parts, each with its own error: cell by cell
+// the part whose distance, at the cell's corners, is least.  distance(part, x, y) is from (x, y, 0).
+template <class Distance, class Error>
 class Cells {
   public:
-    explicit Cells(float radius) : radius_(radius) {
+    Cells(float radius, size_t count, const Distance& distance, const Error& error)
+        : radius_(radius), count_(count), distance_(distance), error_(error) {
         for (auto& ring : bound_) std::fill(ring, ring + kSectors, std::numeric_limits<float>::infinity());
     }
 
-    // distance(x, y) is that of a part from (x, y, 0).
-    template <class Distance>
-    HWY_INLINE void take(const Distance& distance, float part_error) {
+    // Bounds up to `enough` are not made smaller.
+    HWY_INLINE float bound(float enough) {
+        for (size_t part = 0; part < count_ && worst() > enough; ++part) take(part);
+        return worst();
+    }
+
+    // The same, with the worst cells cut finer.
+    float fine_bound(float enough) {
+        bound(enough);
+        bool is_fine[kRings * kSectors] = {};
+        float* const cells = bound_[0];
+        for (;;) {
+            float* const at = std::max_element(cells, cells + kRings * kSectors);
+            const auto cell = int(at - cells);
+            if (is_fine[cell] || !std::isfinite(*at) || *at <= enough) return *at;
+            is_fine[cell] = true;
+            const float known = *at;
+            *at = cut(cell, known);
+            if (*at > 0.98f * known) return known;
+        }
+    }
+
+  private:
+    using Sector = hn::Vec<Sectors>;
+
+    static const Rings& rings() {
         static const Rings rings;
+        return rings;
+    }
+
+    void take(size_t part) {
         const Sectors d;
-        using S = hn::Vec<Sectors>;
         float corner[kRings][kRing];
         const int lanes = int(hn::Lanes(d));
-        const S scale = hn::Set(d, radius_), error = hn::Set(d, part_error);
+        const Sector scale = hn::Set(d, radius_), error = hn::Set(d, error_(part));
         for (int r = 0; r < kRings; ++r) {
             for (int k = 0; k < kSectors; k += lanes)
-                hn::StoreU(distance(hn::Mul(scale, hn::LoadU(d, rings.x[r] + k)), hn::Mul(scale, hn::LoadU(d, rings.y[r] + k))), d, corner[r] + k);
+                hn::StoreU(distance_(part, hn::Mul(scale, hn::LoadU(d, rings().x[r] + k)), hn::Mul(scale, hn::LoadU(d, rings().y[r] + k))), d, corner[r] + k);
             hn::StoreU(hn::LoadU(d, corner[r]), d, corner[r] + kSectors);
         }
-        const S middle = distance(hn::Zero(d), hn::Zero(d));
+        const Sector middle = distance_(part, hn::Zero(d), hn::Zero(d));
         for (int k = 0; k < kSectors; k += lanes) {
-            S inner = middle;
+            Sector inner = middle;
             for (int r = 0; r < kRings; ++r) {
-                const S outer = hn::Max(hn::LoadU(d, corner[r] + k), hn::LoadU(d, corner[r] + k + 1));
+                const Sector outer = hn::Max(hn::LoadU(d, corner[r] + k), hn::LoadU(d, corner[r] + k + 1));
                 hn::StoreU(hn::Min(hn::LoadU(d, bound_[r] + k), hn::Add(error, hn::Max(inner, outer))), d, bound_[r] + k);
                 inner = outer;
             }
@@ -273,8 +356,30 @@ class Cells {
         return hn::GetLane(hn::MaxOfLanes(d, worst));
     }
 
-  private:
+    // The bound of one cell, by its 16 parts.
+    float cut(int cell, float known) const {
+        const Sectors d;
+        const CellGrid grid(rings(), radius_, cell / kSectors, cell % kSectors);
+        float bound[kCuts * kCuts];
+        std::fill(bound, bound + kCuts * kCuts, known);
+        for (size_t part = 0; part < count_; ++part) {
+            const float middle = hn::GetLane(distance_(part, hn::Set(d, grid.x_middle), hn::Set(d, grid.y_middle)));
+            if (middle - grid.reach + error_(part) >= known) continue;
+            float at[kGridRoom];
+            for (int k = 0; k < kGrid; k += int(hn::Lanes(d))) hn::StoreU(distance_(part, hn::LoadU(d, grid.x + k), hn::LoadU(d, grid.y + k)), d, at + k);
+            for (int k = 0; k < kCuts * kCuts; ++k) {
+                const float* corner = at + k / kCuts * (kCuts + 1) + k % kCuts;
+                const float most = std::max(std::max(corner[0], corner[1]), std::max(corner[kCuts + 1], corner[kCuts + 2]));
+                bound[k] = std::min(bound[k], error_(part) + most);
+            }
+        }
+        return *std::max_element(bound, bound + kCuts * kCuts);
+    }
+
     const float radius_;
+    const size_t count_;
+    const Distance& distance_;
+    const Error& error_;
     float bound_[kRings][kSectors];
 };
 
@@ -302,27 +407,25 @@ void TurnDiscs(const Node& node, std::span<const Node* const> parts, Discs& disc
     for (size_t k = 0; k < discs.count; k += hn::Lanes(d)) turn(discs.x + k, discs.y + k, discs.z + k), turn(discs.nx + k, discs.ny + k, discs.nz + k);
 }
 
-float NestedError(const Node& node, std::span<const Node* const> parts) {
+float NestedError(const Node& node, std::span<const Node* const> parts, bool is_fine) {
     using S = hn::Vec<Sectors>;
     const Sectors d;
     Discs discs;
     TurnDiscs(node, parts, discs);
-    Cells cells(node.radius);
-    for (size_t k = 0; k < discs.count && encode_error(cells.worst(), node.radius) > 0; ++k) {
-        const S cx = hn::Set(d, discs.x[k]), cy = hn::Set(d, discs.y[k]), nx = hn::Set(d, discs.nx[k]), ny = hn::Set(d, discs.ny[k]);
-        const float z = -discs.z[k];
-        const S z2 = hn::Set(d, z * z), nz = hn::Set(d, z * discs.nz[k]), radius = hn::Set(d, discs.radius[k]);
-        cells.take([&](S px, S py) {
-            const S x = hn::Sub(px, cx), y = hn::Sub(py, cy);
-            const S along = hn::Add(hn::Add(hn::Mul(x, nx), hn::Mul(y, ny)), nz);
-            const S square = hn::Mul(along, along);
-            const S all = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), z2);
-            const S across = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(all, square)));
-            const S beyond = hn::Max(hn::Zero(d), hn::Sub(across, radius));
-            return hn::Sqrt(hn::Add(hn::Mul(beyond, beyond), square));
-        }, discs.error[k]);
-    }
-    return cells.worst();
+    const auto distance = [&](size_t k, S px, S py) {
+        const S x = hn::Sub(px, hn::Set(d, discs.x[k])), y = hn::Sub(py, hn::Set(d, discs.y[k])), z = hn::Set(d, -discs.z[k]);
+        const S along = hn::Add(hn::Add(hn::Mul(x, hn::Set(d, discs.nx[k])), hn::Mul(y, hn::Set(d, discs.ny[k]))), hn::Mul(z, hn::Set(d, discs.nz[k])));
+        const S square = hn::Mul(along, along);
+        const S all = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+        const S across = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(all, square)));
+        const S beyond = hn::Max(hn::Zero(d), hn::Sub(across, hn::Set(d, discs.radius[k])));
+        return hn::Sqrt(hn::Add(hn::Mul(beyond, beyond), square));
+    };
+    const auto error = [&](size_t k) { return discs.error[k]; };
+    // No smaller error is told apart.
+    const float enough = node.radius * kErrorOfRadius[flatness_code(node)][0];
+    Cells cells(node.radius, discs.count, distance, error);
+    return is_fine ? cells.fine_bound(enough) : cells.bound(enough);
 }
 
 // Nodes [first, first + count) of each group whose spheres touch the one of `node`.
@@ -369,38 +472,49 @@ HWY_INLINE V DistanceToTriangle(D d, V px, V py, const glm::vec3& a, const glm::
     return hn::Sqrt(hn::IfThenElse(inside, hn::Mul(hn::Mul(plane, plane), hn::Set(d, 1.0f / area)), edges));
 }
 
-// Bound on the distance of the disc's points from the faces about the leaf (of more than kMost, the first ones).
-float FanError(const Surface& surface, uint32_t leaf, const glm::dvec3& centre, const Disc& disc) {
-    constexpr size_t kMost = Patch::kMost;
-    const glm::vec3 vertex(surface.at[leaf] - centre);
-    const auto turn = [&](const glm::vec3& p) {
-        const glm::vec3 x = p + vertex;
+// Bound on the distance of the disc's points from the faces about the leaf and about its neighbours that are not far from
+// the disc (of more than kMost, the first ones).
+float NearFacesError(const Surface& surface, uint32_t leaf, const glm::dvec3& centre, const Disc& disc) {
+    constexpr size_t kMost = 256;
+    const auto turned = [&](uint32_t corner) {
+        const glm::vec3 x(surface.at[corner] - centre);
         return glm::vec3(glm::dot(disc.frame.t1, x), glm::dot(disc.frame.t2, x), glm::dot(disc.frame.n, x)) / disc.radius;  // of order 1: squares stay in range
     };
-    const glm::vec3 v = turn(glm::vec3(0));
-    glm::vec3 p[kMost], q[kMost];
-    const size_t begin = surface.fan_begin[leaf], count = std::min<size_t>(surface.valence(leaf), kMost);
-    for (size_t k = 0; k < count; ++k) p[k] = turn(surface.fan_p.get(begin + k)), q[k] = turn(surface.fan_q.get(begin + k));
-    Cells cells(1.0f);
-    for (size_t k = 0; k < count; ++k)
-        cells.take([&](auto x, auto y) { return DistanceToTriangle(Sectors(), x, y, v, p[k], q[k]); }, 0.0f);
-    return disc.radius * cells.worst();
+    uint32_t pivots[kMost] = {leaf};
+    size_t count = 1;
+    const auto is_among = [&](uint32_t corner, size_t first) { return std::find(pivots, pivots + first, corner) != pivots + first; };
+    for (uint32_t k = surface.fan_begin[leaf]; k < surface.fan_begin[leaf + 1]; ++k)
+        for (const uint32_t corner : {surface.fan[k].x, surface.fan[k].y})
+            if (count < kMost && !is_among(corner, count) && glm::length(turned(corner)) < 2) pivots[count++] = corner;
+    glm::vec3 v[kMost], p[kMost], q[kMost];
+    size_t taken = 0;
+    for (size_t n = 0; n < count; ++n)
+        for (uint32_t k = surface.fan_begin[pivots[n]]; k < surface.fan_begin[pivots[n] + 1] && taken < kMost; ++k) {
+            const glm::u32vec2 face = surface.fan[k];
+            if (is_among(face.x, n) || is_among(face.y, n)) continue;
+            v[taken] = turned(pivots[n]), p[taken] = turned(face.x), q[taken] = turned(face.y);
+            ++taken;
+        }
+    const auto distance = [&](size_t k, auto x, auto y) { return DistanceToTriangle(Sectors(), x, y, v[k], p[k], q[k]); };
+    const auto error = [](size_t) { return 0.0f; };
+    return disc.radius * Cells(1.0f, taken, distance, error).fine_bound(kErrorOfRadius[disc.flatness][0]);
 }
 
 // The faces about the leaf are taken, and then those beyond their rim, until no edge of the rim crosses the disc.  If all
 // of them are seen from the normal's side, their projection covers the whole disc (its degree over the disc is constant,
 // and positive at the vertex), so that over each point of the disc there is surface, no further up or down than the
-// faces that meet the disc go.  Where they fold over or end, it is the distance to the faces about the leaf.
+// faces that meet the disc go.  Where they fold over or end, it is the distance to the faces near it.
 float LeafError(const Surface& surface, uint32_t leaf, const glm::dvec3& centre, const Disc& disc) {
-    const auto by_own_faces = [&] { return FanError(surface, leaf, centre, disc); };
-    if (!surface.is_closed[leaf] || surface.valence(leaf) > Patch::kMost / 2) return by_own_faces();
+    const auto by_near_faces = [&] { return NearFacesError(surface, leaf, centre, disc); };
+    if (!surface.is_closed[leaf] || surface.valence(leaf) > Patch::kMost / 2) return by_near_faces();
     Patch patch(surface, centre, disc);
-    if (!patch.take_fan(leaf)) return by_own_faces();
+    if (!patch.take_fan(leaf)) return by_near_faces();
     while (!patch.is_whole()) {
         // Faces further out matter only where they make the code smaller.
         const float bound = std::max(patch.height(), patch.overhang());
-        if (encode_error(bound, disc.radius) == encode_error(patch.height(), disc.radius)) return bound;
-        if (!patch.grow()) return std::min(bound, by_own_faces());
+        const auto code = [&](float error) { return encode_error(error, disc.radius, disc.flatness); };
+        if (code(bound) == code(patch.height())) return bound;
+        if (!patch.grow()) return std::min(bound, by_near_faces());
     }
     return patch.height();
 }
@@ -420,8 +534,8 @@ float leaf_error(const Surface& surface, uint32_t leaf, const glm::dvec3& centre
     return HWY_DYNAMIC_DISPATCH(LeafError)(surface, leaf, centre, disc);
 }
 
-float nested_error(const Node& node, std::span<const Node* const> parts) {
-    return HWY_DYNAMIC_DISPATCH(NestedError)(node, parts);
+float nested_error(const Node& node, std::span<const Node* const> parts, bool is_fine) {
+    return HWY_DYNAMIC_DISPATCH(NestedError)(node, parts, is_fine);
 }
 
 void touching(const Spheres& spheres, std::span<const NodeRange> groups, uint32_t node, std::vector<uint32_t>& out) {

@@ -16,6 +16,7 @@ namespace splat {
 struct Disc {
     Frame frame;
     float radius;
+    uint32_t flatness;  // code: how finely errors are told apart
 };
 
 // Bound on the distance of any point of a leaf's disc from the surface; centre: relative to the surface's base.
@@ -23,8 +24,8 @@ float leaf_error(const Surface& surface, uint32_t leaf, const glm::dvec3& centre
 
 // Bound on the distance from any point of a node's disc to the surface, given discs that each stay within their error
 // of it: the disc is cut into 48 convex cells, and the distance to a convex set is largest at a cell's corners.  Of more
-// than 64 parts the first are used.
-float nested_error(const Node& node, std::span<const Node* const> parts);
+// than 64 parts the first are used.  is_fine: the worst cells are cut finer.
+float nested_error(const Node& node, std::span<const Node* const> parts, bool is_fine);
 
 // Nodes by the spheres of their discs; room for a vector more behind the last.
 struct Spheres {

@@ -9,19 +9,20 @@ namespace splat {
 namespace {
 
 constexpr float kRoundUp = 1.0001f;    // over the float rounding of distances
+constexpr float kVague = 0.2f;         // of the radius: a leaf's error above it is worth a second look
 constexpr float kRounding = 1e-5f;     // of the radius: heights beside 0 are differences
 
 }  // namespace
 
 void set_error(CodedTree& tree, size_t node, float error) {
-    const uint32_t code = encode_error(error, tree.decoded[node].radius);
+    const uint32_t flatness = tree.shape[node] & 3u, code = encode_error(error, tree.decoded[node].radius, flatness);
     tree.attitude[node] = uint16_t((tree.attitude[node] & 0x7fffu) | code >> 2 << 15);
-    tree.shape[node] = uint8_t((tree.shape[node] & 3u) | (code & 3u) << 2);
-    tree.decoded[node].error = tree.decoded[node].radius * kErrorOfRadius[code];
+    tree.shape[node] = uint8_t(flatness | (code & 3u) << 2);
+    tree.decoded[node].error = tree.decoded[node].radius * kErrorOfRadius[flatness][code];
 }
 
 float error_over(const Node& node, std::span<const Node* const> children) {
-    return nested_error(node, children) * kRoundUp;
+    return nested_error(node, children, true) * kRoundUp;
 }
 
 namespace {
@@ -34,13 +35,16 @@ class ErrorSetter {
     void run() {
         gather_spheres();
         find_neighbours();
+        set_leaf_errors();
         for (uint32_t node = uint32_t(tree_.size()); node-- > 0;)
-            set_error(tree_, node, is_leaf(node) ? leaf_error(leaf_of_[node], tree_.decoded[node]) : inner_error(node));
+            if (!is_leaf(node)) set_error(tree_, node, inner_error(node));
     }
 
   private:
     bool is_leaf(uint32_t node) const { return tree_.child_group[node] == CodedTree::kLeaf; }
-    NodeRange children_of(uint32_t node) const {
+    // What is known of a node's surface: its children, or itself where it has none.
+    NodeRange parts_of(uint32_t node) const {
+        if (is_leaf(node)) return {node, 1};
         const auto [first, count] = tree_.groups[size_t(tree_.child_group[node])];
         return {first, count};
     }
@@ -55,21 +59,21 @@ class ErrorSetter {
         }
     }
 
-    // For each inner node the children of the nodes of its level whose spheres touch its own, itself first.  These nodes
-    // are found among the children of its parent's neighbours.
+    // For each inner node the parts of the nodes of its level whose spheres touch its own, itself first.  These nodes are
+    // found among the parts of its parent's neighbours.
     void find_neighbours() {
         family_begin_.assign(tree_.size() + 1, 0);
         families_.clear();
         std::vector<uint32_t> parent(tree_.size(), 0), near;
         for (uint32_t node = 0; node < tree_.size(); ++node) {
             if (!is_leaf(node)) {
-                const NodeRange own = children_of(node);
+                const NodeRange own = parts_of(node);
                 for (uint32_t k = 0; k < own.count; ++k) parent[own.first + k] = node;
                 families_.push_back(own);
                 near.clear();
                 if (node > 0) touching(spheres_, families_of(parent[node]), node, near);
                 for (const uint32_t n : near)
-                    if (n != node && !is_leaf(n)) families_.push_back(children_of(n));
+                    if (n != node) families_.push_back(parts_of(n));
             }
             family_begin_[node + 1] = uint32_t(families_.size());
         }
@@ -85,13 +89,37 @@ class ErrorSetter {
         for (uint32_t k = 0; k < families[0].count; ++k) parts_.push_back(&tree_.decoded[families[0].first + k]);
         touching(spheres_, families.subspan(1), node, near_);
         for (const uint32_t n : near_) parts_.push_back(&tree_.decoded[n]);
-        return nested_error(tree_.decoded[node], parts_) * kRoundUp;
+        return nested_error(tree_.decoded[node], parts_, false) * kRoundUp;
+    }
+
+    // Where a leaf's own faces say little its neighbours' discs say more: by what theirs have said.
+    void set_leaf_errors() {
+        std::vector<std::pair<uint32_t, float>> better;
+        for (uint32_t node = 0; node < tree_.size(); ++node)
+            if (is_leaf(node)) tree_.decoded[node].error = leaf_error(leaf_of_[node], tree_.decoded[node]);
+        for (uint32_t node = 0; node < tree_.size(); ++node) {
+            if (is_leaf(node)) continue;
+            const NodeRange children = parts_of(node);
+            for (uint32_t c = children.first; c < children.first + children.count; ++c)
+                if (is_leaf(c) && tree_.decoded[c].error > kVague * tree_.decoded[c].radius) better.emplace_back(c, error_by_others(c, node));
+        }
+        for (const auto& [leaf, error] : better) tree_.decoded[leaf].error = std::min(tree_.decoded[leaf].error, error);
+        for (uint32_t node = 0; node < tree_.size(); ++node)
+            if (is_leaf(node)) set_error(tree_, node, tree_.decoded[node].error);
+    }
+
+    float error_by_others(uint32_t leaf, uint32_t parent) {
+        parts_.clear(), near_.clear();
+        touching(spheres_, families_of(parent), leaf, near_);
+        for (const uint32_t n : near_)
+            if (n != leaf && is_leaf(n)) parts_.push_back(&tree_.decoded[n]);
+        return nested_error(tree_.decoded[leaf], parts_, true) * kRoundUp;
     }
 
     float leaf_error(uint32_t i, const Node& node) const {
         const glm::dvec3 centre = node.centre - surface_.base;
         const float to_vertex = float(glm::length(surface_.at[i] - centre) + double(node.radius));
-        const float error = splat::leaf_error(surface_, i, centre, {frame_about(node.normal), node.radius});
+        const float error = splat::leaf_error(surface_, i, centre, {frame_about(node.normal), node.radius, flatness_code(node)});
         return std::min((error + kRounding * node.radius) * kRoundUp, to_vertex * kRoundUp);
     }
 

@@ -35,7 +35,11 @@ constexpr float kAcrossLinear = 0.7f, kAlongLinear = 0.35f;  // slopes of the la
 inline constexpr float kRadius[kRadiusLevels] = {0.200f, 0.245f, 0.280f, 0.310f, 0.340f, 0.370f, 0.400f, 0.432f,
                                                  0.466f, 0.502f, 0.545f, 0.595f, 0.655f, 0.730f, 0.840f, 1.0f};
 inline constexpr float kFlatness[4] = {0.03f, 0.1f, 0.3f, 1.0f};
-inline constexpr float kErrorOfRadius[8] = {0.08f, 0.15f, 0.26f, 0.42f, 0.65f, 0.95f, 1.35f, 2.0f};
+// By flatness: the flatter, the smaller the errors; those of any shape may reach 2 where it stands over a hole.
+inline constexpr float kErrorOfRadius[4][8] = {{0.02f, 0.04f, 0.08f, 0.15f, 0.3f, 0.58f, 1.1f, 2.0f},
+                                               {0.04f, 0.07f, 0.11f, 0.18f, 0.32f, 0.6f, 1.1f, 2.0f},
+                                               {0.08f, 0.13f, 0.2f, 0.3f, 0.46f, 0.75f, 1.35f, 2.0f},
+                                               {0.2f, 0.3f, 0.42f, 0.56f, 0.75f, 1.02f, 1.4f, 2.0f}};
 
 // Cones: half-angle of index k is kConeDegrees[k]; -1 is any direction.
 constexpr int kConeCount = 8;
@@ -120,12 +124,13 @@ inline glm::vec3 decode_offset(uint32_t place, const Frame& frame) {
 }
 
 // The least code that is not below an error.
-inline uint32_t encode_error(float error, float radius) {
+inline uint32_t encode_error(float error, float radius, uint32_t flatness) {
     for (uint32_t code = 0; code < 7; ++code)
-        if (error <= radius * kErrorOfRadius[code]) return code;
+        if (error <= radius * kErrorOfRadius[flatness][code]) return code;
     return 7;
 }
-inline int error_code(uint32_t attitude, uint32_t shape) { return int((attitude >> 15) << 2 | (shape >> 2 & 3u)); }
+inline uint32_t error_code(uint32_t attitude, uint32_t shape) { return (attitude >> 15) << 2 | (shape >> 2 & 3u); }
+inline float error_of_radius(uint32_t attitude, uint32_t shape) { return kErrorOfRadius[shape & 3][error_code(attitude, shape)]; }
 
 // 5:6:5 colour.
 inline uint16_t encode_colour(glm::u8vec3 c) {
@@ -149,6 +154,13 @@ struct Node {
     uint16_t colour = 0;
 };
 
+// Index of a node's flatness.
+inline uint32_t flatness_code(const Node& node) {
+    uint32_t code = 0;
+    while (code < 3 && kFlatness[code] < node.flatness) ++code;
+    return code;
+}
+
 // Decodes one node under its decoded parent.
 inline Node decode_node(uint16_t attitude, uint16_t place, uint8_t shape, uint16_t colour, const Node& parent,
                         const Frame& parent_frame) {
@@ -160,7 +172,7 @@ inline Node decode_node(uint16_t attitude, uint16_t place, uint8_t shape, uint16
     node.centre = parent.centre + glm::dvec3(offset.x * parent.radius, offset.y * parent.radius, offset.z * parent.radius);
     node.radius = parent.radius * kRadius[place & 15];
     node.flatness = kFlatness[shape & 3];
-    node.error = node.radius * kErrorOfRadius[error_code(attitude, shape)];
+    node.error = node.radius * error_of_radius(attitude, shape);
     node.colour = colour;
     return node;
 }

@@ -123,13 +123,8 @@ class Gatherer {
         out_.at.reserve(out_.count + out_.count / 4), out_.leaf.reserve(out_.count + out_.count / 4);
         for (uint32_t i = 0; i < out_.count; ++i) out_.at.push_back(in_.model(in_.begin + i) - base_), out_.leaf.push_back(in_.begin + i);
         corners_.resize(in_.faces.size());
-        out_.fan_begin.assign(out_.count + 1, 0);
         for (size_t f = 0; f < corners_.size(); ++f)
-            for (int k = 0; k < 3; ++k) {
-                corners_[f][k] = number_of(in_.faces[f][k]);
-                if (corners_[f][k] < out_.count) ++out_.fan_begin[corners_[f][k] + 1];
-            }
-        for (uint32_t i = 0; i < out_.count; ++i) out_.fan_begin[i + 1] += out_.fan_begin[i];
+            for (int k = 0; k < 3; ++k) corners_[f][k] = number_of(in_.faces[f][k]);
     }
 
     // Open addressing: strangers are few, and looked up often.
@@ -158,11 +153,15 @@ class Gatherer {
     }
 
     void gather_fans() {
+        out_.fan_begin.assign(out_.at.size() + 1, 0);
+        for (const glm::u32vec3& c : corners_)
+            for (int k = 0; k < 3; ++k) ++out_.fan_begin[c[k] + 1];
+        for (size_t i = 0; i < out_.at.size(); ++i) out_.fan_begin[i + 1] += out_.fan_begin[i];
         out_.fan.resize(out_.fan_begin.back() + kSpare);
         std::vector<uint32_t> to(out_.fan_begin.begin(), out_.fan_begin.end() - 1);
         for (const glm::u32vec3& c : corners_)
             for (int k = 0; k < 3; ++k)
-                if (c[k] < out_.count) out_.fan[to[c[k]]++] = {c[(k + 1) % 3], c[(k + 2) % 3]};
+                out_.fan[to[c[k]]++] = {c[(k + 1) % 3], c[(k + 2) % 3]};
         out_.is_closed.resize(out_.count);
         for (uint32_t i = 0; i < out_.count; ++i) {
             uint64_t out = 0, in = 0;  // sums of hashes: equal where each edge is left as often as entered
@@ -172,7 +171,7 @@ class Gatherer {
     }
 
     void reserve() {
-        const size_t faces = out_.fan_begin.back();
+        const size_t faces = out_.fan_begin[out_.count];
         out_.fan_p.resize(faces + kSpare), out_.fan_q.resize(faces + kSpare);
         constexpr size_t kDisc = 8;  // corners of a bare point's disc
         out_.corners.resize(in_.cloud_radii.empty() ? out_.count + 4 * faces : out_.count * (kDisc + 1));

@@ -18,7 +18,7 @@ namespace splat {
 struct SubtreeInput {
     uint32_t begin = 0, end = 0;                     // leaves, in tree order
     std::span<const TreePoint> points;               // all of the model's
-    std::span<const glm::u32vec3> faces;             // those that touch the subtree, as leaf numbers
+    std::span<const glm::u32vec3> faces;             // those that touch the subtree, and more about them, as leaf numbers
     glm::dvec3 offset{0};                            // model = (position + offset) * inverse_scale
     double inverse_scale = 1;
     std::span<const glm::vec3> normals;              // by input vertex, or empty
@@ -38,12 +38,12 @@ struct Surface {
     // Corners of the faces, relative to base: the leaves, then the corners that are leaves of other subtrees.
     std::vector<glm::dvec3> at;
     std::vector<uint32_t> leaf;              // which leaf of the model each is
-    // Faces about each leaf: the numbers of the other two corners p and q, in the face's sense, and where these are from
-    // the leaf.  Behind the last face there is room for kSpare more.
-    std::vector<uint32_t> fan_begin;         // by leaf, and the end
+    // Faces about each corner, as far as they are known: the numbers of the other two corners p and q, in the face's
+    // sense; about each leaf also where these are from it.  Behind the last face there is room for kSpare more.
+    std::vector<uint32_t> fan_begin;         // by corner, and the end
     std::vector<glm::u32vec2> fan;
     PointArrays fan_p, fan_q;
-    std::vector<uint8_t> is_closed;          // do the faces go round the leaf?
+    std::vector<uint8_t> is_closed;          // by leaf: do the faces go round it?
     // What an ellipsoid must hold to cover the leaf's shares, relative to the leaf.
     std::vector<uint32_t> corner_begin;
     PointArrays corners;

@@ -101,7 +101,7 @@ TEST(NodeCode, IsWhatDoublePrecisionSays) {
         ASSERT_FLOAT_EQ(node.radius, parent.radius * splat::kRadius[c.place & 15]);
         ASSERT_EQ(node.flatness, splat::kFlatness[c.shape & 3]);
         const int error = (c.attitude >> 15) * 4 + (c.shape >> 2);
-        ASSERT_FLOAT_EQ(node.error, node.radius * splat::kErrorOfRadius[error]);
+        ASSERT_FLOAT_EQ(node.error, node.radius * splat::kErrorOfRadius[c.shape & 3][error]);
         ASSERT_EQ(node.children, c.attitude & 7);
         const int cone = c.attitude >> 3 & 3;
         ASSERT_EQ(node.cone, cone == 3 ? -1 : std::min(std::max(parent.cone, 0) + 2 - cone, 7));

@@ -222,11 +222,12 @@ Bytes bytes_of_dump(const std::string& dump, size_t size) {
 }  // namespace
 
 TEST(QsPage, HasTheCodeTables) {
-    std::string rows = "code|radius|flatness|error\n";
+    std::string rows = "code|radius|flatness|error, flatness 0|1|2|3\n";
     for (int k = 0; k < splat::kRadiusLevels; ++k) {
-        rows += core::text("%d|%s|%s|%s\n", k, shortest(splat::kRadius[k]).c_str(),
-                           k < 4 ? shortest(splat::kFlatness[k]).c_str() : "",
-                           k < 8 ? shortest(splat::kErrorOfRadius[k]).c_str() : "");
+        rows += core::text("%d|%s|%s", k, shortest(splat::kRadius[k]).c_str(),
+                           k < 4 ? shortest(splat::kFlatness[k]).c_str() : "");
+        for (const auto& errors : splat::kErrorOfRadius) rows.append("|").append(k < 8 ? shortest(errors[k]) : "");
+        rows += "\n";
     }
     expect_table("codes", rows);
 }
@@ -261,8 +262,8 @@ TEST(QsPage, HasTheErrorsOfTheOtherQuantisers) {
     double radius = 0, error = 0;
     for (int k = 1; k < splat::kRadiusLevels; ++k)
         radius = std::max(radius, double(splat::kRadius[k] / splat::kRadius[k - 1]));
-    for (int k = 1; k < 8; ++k)
-        error = std::max(error, double(splat::kErrorOfRadius[k] / splat::kErrorOfRadius[k - 1]));
+    for (const auto& errors : splat::kErrorOfRadius)
+        for (int k = 1; k < 8; ++k) error = std::max(error, double(errors[k] / errors[k - 1]));
     std::string rows = core::text(
         "Measured: a centre that is allowed is at most %s limits from a code's (%s in the square mean);\n"
         "one within a tenth of a limit of the middle plane, at most %s (%s).\n",
