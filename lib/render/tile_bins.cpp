@@ -21,6 +21,12 @@ void TileBins::refill(uint32_t tile, Bin& bin, std::vector<TileRun>& runs) {
     else
         used_.push_back(tile);
     bin = {take_chunk(), 0};
+    // Its lines are the last frame's and far away by now: ask for all before the first is written.
+    constexpr uint32_t kLine = 16;
+    for (uint32_t at = 0; at < 4 * SplatChunk::kCapacity; at += kLine) {
+        __builtin_prefetch(bin.chunk->place + at, 1);
+        __builtin_prefetch(bin.chunk->facing + at, 1);
+    }
 }
 
 void TileBins::end_task(std::vector<TileRun>& runs) {
