@@ -1,4 +1,7 @@
-// What is kept of a splat between its set-up and the tiles it is drawn in.
+// What is kept of a splat on its way from its batch to the pixels: first what came, sorted into tiles; then,
+// a tile at a time, what it takes to sample it.  A sampled splat is as long as a cache line, and many cover
+// no pixel: keeping those of a whole frame would cost more in memory traffic than setting some up in two
+// tiles.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +10,7 @@
 
 #include "render/frame.h"
 #include "render/splatter.h"
+#include "render/tile_bins.h"
 
 namespace render {
 
@@ -51,14 +55,14 @@ struct SetupParams {
     bool has_limits() const { return view.near || view.far; }
 };
 
-// Pixels that a number of splats lie in, inclusive; empty to begin with.
-struct PixelBox {
-    int x0 = 65535, y0 = 65535, x1 = 0, y1 = 0;
-};
+// Sorts the splats of a batch into the tiles they may lie in, but for those that surely cover no pixel's
+// centre; appends to `runs` the chunks that it filled, and to `near_splats` the splats of that kind.
+void bin_splats(const SetupParams& params, const SplatBatch& batch, TileBins& bins,
+                std::vector<TileRun>& runs, std::vector<NearSplat>& near_splats);
 
-// Projects a batch, writes the records of what may cover a pixel's centre to `out` (room for
-// batch.count), widens `box` by them, and returns how many; appends the others to `near_splats`.
-size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRecord* out, PixelBox& box,
+// Projects the first `count` splats of a chunk, writes the records of what may cover a pixel's centre to
+// `out` (room for `count`), and returns how many; appends near ones to `near_splats`.
+size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t count, SplatRecord* out,
                      std::vector<NearSplat>& near_splats);
 
 }  // namespace render

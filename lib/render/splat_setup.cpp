@@ -224,19 +224,24 @@ bool may_be_seen(const geom::View& view, double x, double y, double z, double ra
     return off_x <= radius && off_y <= radius;
 }
 
-NearSplat near_splat(const SplatBatch& batch, size_t i, const PixelBox& box, uint32_t colour) {
-    const double inverse = 1.0 / static_cast<double>(batch.radius[i]);
-    const float c = std::max(batch.flatness[i], kMinFlatness);
-    return {static_cast<uint16_t>(box.x0),
-            static_cast<uint16_t>(box.y0),
-            static_cast<uint16_t>(box.x1),
-            static_cast<uint16_t>(box.y1),
-            static_cast<float>(batch.x[i] * inverse),
-            static_cast<float>(batch.y[i] * inverse),
-            static_cast<float>(batch.z[i] * inverse),
-            batch.nx[i],
-            batch.ny[i],
-            batch.nz[i],
+struct PixelBox {
+    uint16_t x0, y0, x1, y1;
+};
+
+NearSplat near_splat(const SplatChunk& chunk, size_t i, const PixelBox& box, uint32_t colour) {
+    const float *place = chunk.place + 4 * i, *facing = chunk.facing + 4 * i;
+    const double inverse = 1.0 / static_cast<double>(place[3]);
+    const float c = std::max(facing[3], kMinFlatness);
+    return {box.x0,
+            box.y0,
+            box.x1,
+            box.y1,
+            static_cast<float>(place[0] * inverse),
+            static_cast<float>(place[1] * inverse),
+            static_cast<float>(place[2] * inverse),
+            facing[0],
+            facing[1],
+            facing[2],
             c * c,
             static_cast<float>(inverse),
             colour};
@@ -288,8 +293,8 @@ HWY_INLINE size_t write_records(const V (&fields)[16], Visible visible, SplatRec
 #endif
 }
 
-size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const uint32_t* colours,
-                     SplatRecord* out, PixelBox& box, std::vector<NearSplat>& near_splats) {
+size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t count,
+                     const uint32_t* colours, SplatRecord* out, std::vector<NearSplat>& near_splats) {
     const F d;
     const U du;
     const geom::View& view = params.view;
@@ -297,22 +302,17 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const u
     const bool aligned = options.kind == SplatKind::square || options.kind == SplatKind::circle;
     const bool blended = options.kind == SplatKind::smooth;
     const float focal = static_cast<float>(view.focal_px);
-    const size_t count = static_cast<size_t>(batch.count);
     size_t written = 0;
-    V least_x = hn::Set(d, static_cast<float>(box.x0)), least_y = hn::Set(d, static_cast<float>(box.y0));
-    V greatest_x = hn::Set(d, static_cast<float>(box.x1)),
-      greatest_y = hn::Set(d, static_cast<float>(box.y1));
 
     for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-        const V z = hn::Load(d, batch.z + i);
-        const V radius = hn::Load(d, batch.radius + i);
-        const V nx = hn::Load(d, batch.nx + i), ny = hn::Load(d, batch.ny + i),
-                nz = hn::Load(d, batch.nz + i);
+        V x, y, z, radius, nx, ny, nz, flatness;
+        hn::LoadInterleaved4(d, chunk.place + 4 * i, x, y, z, radius);
+        hn::LoadInterleaved4(d, chunk.facing + 4 * i, nx, ny, nz, flatness);
         const DoubleLanes zd = promote(z);
         const auto one_d = hn::Set(DF(), 1.0);
         const DoubleLanes inverse_zd = {hn::Div(one_d, zd.low), hn::Div(one_d, zd.high)};
-        const DoubleLanes txd = multiply(promote(hn::Load(d, batch.x + i)), inverse_zd);
-        const DoubleLanes tyd = multiply(promote(hn::Load(d, batch.y + i)), inverse_zd);
+        const DoubleLanes txd = multiply(promote(x), inverse_zd);
+        const DoubleLanes tyd = multiply(promote(y), inverse_zd);
         const DoubleLanes projected_x = scale(txd, view.focal_px), projected_y = scale(tyd, view.focal_px);
         const V inverse_z = demote(inverse_zd);
         const V r = hn::Mul(radius, inverse_z);
@@ -320,7 +320,7 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const u
 
         const Outline o = aligned ? aligned_outline(inverse_z, radius_px, options.kind == SplatKind::square)
                                   : ellipsoid_outline(focal, demote(txd), demote(tyd), inverse_z, r,
-                                                      radius_px, nx, ny, nz, hn::Load(d, batch.flatness + i));
+                                                      radius_px, nx, ny, nz, flatness);
 
         const PixelRange xs = pixel_range(hn::Add(hn::Add(demote(projected_x), o.centre_dx),
                                                   hn::Set(d, 0.5f * static_cast<float>(view.width))),
@@ -359,10 +359,6 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const u
                               nz,
                               hn::Zero(d)};
         written += write_records(fields, visible, out + written);
-        least_x = hn::Min(least_x, hn::IfThenElse(visible, xs.first, least_x));
-        least_y = hn::Min(least_y, hn::IfThenElse(visible, ys.first, least_y));
-        greatest_x = hn::Max(greatest_x, hn::IfThenElseZero(visible, xs.last));
-        greatest_y = hn::Max(greatest_y, hn::IfThenElseZero(visible, ys.last));
 
         if (aligned) continue;
         // Written so that a clearance that is no number (z of 0) takes the careful way.
@@ -380,16 +376,144 @@ size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, const u
         hn::Store(colour, du, lane_colours);
         for (uint32_t bits = mask_bits(hn::AndNot(off_screen, careful)); bits != 0; bits &= bits - 1) {
             const size_t lane = static_cast<size_t>(std::countr_zero(bits)), k = i + lane;
-            if (!may_be_seen(view, batch.x[k], batch.y[k], batch.z[k], batch.radius[k])) continue;
-            const PixelBox seen{int(x0[lane]), int(y0[lane]), int(x1[lane]), int(y1[lane])};
-            near_splats.push_back(near_splat(batch, k, seen, lane_colours[lane]));
+            const float* place = chunk.place + 4 * k;
+            if (!may_be_seen(view, place[0], place[1], place[2], place[3])) continue;
+            const PixelBox seen{uint16_t(x0[lane]), uint16_t(y0[lane]), uint16_t(x1[lane]),
+                                uint16_t(y1[lane])};
+            near_splats.push_back(near_splat(chunk, k, seen, lane_colours[lane]));
         }
     }
-    box = {static_cast<int>(hn::GetLane(hn::MinOfLanes(d, least_x))),
-           static_cast<int>(hn::GetLane(hn::MinOfLanes(d, least_y))),
-           static_cast<int>(hn::GetLane(hn::MaxOfLanes(d, greatest_x))),
-           static_cast<int>(hn::GetLane(hn::MaxOfLanes(d, greatest_y)))};
     return written;
+}
+
+// Splats farther away than this many radii are wholly before the eye, whatever their shape.
+constexpr float kClearRadii = 2;
+
+// A bound on half the width along x of a splat's outline about its centre's projection, at focal length 1,
+// for r = R/z <= 1/2: as in ellipsoid_outline(), without what makes it narrower.  t: tx; g: 1 - rho^2.
+HWY_INLINE V outline_reach(V r, V t, V g, V nx, V nz) {
+    const F d;
+    const V one = hn::Set(d, 1.0f), r2 = square(r);
+    // 1 / (1 - r^2 S_zz) at most, and what the differences below can be off by.
+    const V inverse_clearance = hn::Add(one, hn::Mul(hn::Set(d, 4.0f / 3.0f), r2));
+    const V slack = hn::Set(d, 1.0e-5f);
+    const V t2 = hn::Add(one, square(t));
+    const V asa = hn::Sub(t2, hn::Mul(g, square(hn::Sub(nx, hn::Mul(t, nz)))));
+    const V half = hn::Sqrt(hn::Add(hn::Max(asa, hn::Zero(d)), hn::Mul(slack, t2)));
+    const V shift = hn::Mul(r2, hn::Add(one, hn::Abs(t)));
+    return hn::Mul(inverse_clearance, hn::Add(hn::Mul(r, half), shift));
+}
+
+// Pixels, as pack_pixels(), to tiles.
+HWY_INLINE hn::Vec<U> tiles_of(hn::Vec<U> pixels) {
+    constexpr int kShiftX = std::countr_zero(unsigned(kTileWidth)),
+                  kShiftY = std::countr_zero(unsigned(kTileHeight));
+    const U du;
+    const auto x = hn::ShiftRight<kShiftX>(hn::And(pixels, hn::Set(du, 0xffffu)));
+    const auto y = hn::ShiftRight<16 + kShiftY>(pixels);
+    return hn::Or(x, hn::ShiftLeft<16>(y));
+}
+
+// A batch on its way to the bins.
+struct SplatsToBin {
+    alignas(64) float place[4 * SplatBatch::kCapacity], facing[4 * SplatBatch::kCapacity];
+    // Tiles that each may lie in: x, and y in the high half; and the first of them by number.
+    alignas(64) uint32_t first[SplatBatch::kCapacity], last[SplatBatch::kCapacity],
+        tile[SplatBatch::kCapacity];
+    // Those to be binned, kWide and kClose being added to their indices.
+    uint32_t list[SplatBatch::kCapacity + kMaxLanes];
+    size_t count = 0;
+    static constexpr uint32_t kWide = 1u << 30;   // in more than one tile
+    static constexpr uint32_t kClose = 1u << 31;  // may reach to the eye's plane
+};
+
+// A splat that may reach to the eye's plane: its set-up says what it is, and which tiles it lies in.
+HWY_NOINLINE bool look_closely(const SetupParams& params, size_t i, uint32_t colour, SplatsToBin& splats,
+                               std::vector<NearSplat>& near_splats) {
+    SplatChunk one;
+    std::memcpy(one.place, splats.place + 4 * i, sizeof(float) * 4);
+    std::memcpy(one.facing, splats.facing + 4 * i, sizeof(float) * 4);
+    one.colour[0] = colour;
+    SplatRecord record;
+    if (set_up_splats(params, one, 1, one.colour, &record, near_splats) == 0) return false;
+    splats.first[i] = uint32_t(record.x0 / kTileWidth) | uint32_t(record.y0 / kTileHeight) << 16;
+    splats.last[i] = uint32_t(record.x1 / kTileWidth) | uint32_t(record.y1 / kTileHeight) << 16;
+    return true;
+}
+
+// Finds the tiles of a batch's splats.
+HWY_INLINE void find_tiles(const SetupParams& params, int tiles_across, const SplatBatch& batch,
+                           SplatsToBin& out) {
+    const F d;
+    const U du;
+    const geom::View& view = params.view;
+    const bool aligned = params.options.kind == SplatKind::square || params.options.kind == SplatKind::circle;
+    const V one = hn::Set(d, 1.0f), focal = hn::Set(d, static_cast<float>(view.focal_px));
+    const size_t count = static_cast<size_t>(batch.count);
+    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const V x = hn::Load(d, batch.x + i), y = hn::Load(d, batch.y + i), z = hn::Load(d, batch.z + i);
+        const V radius = hn::Load(d, batch.radius + i), flatness = hn::Load(d, batch.flatness + i);
+        const V nx = hn::Load(d, batch.nx + i), ny = hn::Load(d, batch.ny + i),
+                nz = hn::Load(d, batch.nz + i);
+        const V inverse_z = hn::Div(one, z);
+        const V r = hn::Mul(radius, inverse_z);
+        const V g = aligned ? hn::Zero(d) : hn::Sub(one, square(flatness));  // 0: as wide as its sphere
+        const auto range = [&](V t, V n, int size) HWY_ATTR {
+            const V centre = hn::Add(hn::Mul(t, focal), hn::Set(d, 0.5f * static_cast<float>(size)));
+            // Larger by more than float can be off by.
+            const V extent = hn::Mul(hn::Mul(focal, outline_reach(r, t, g, n, nz)), hn::Set(d, 1.001f));
+            const V off_by = hn::Set(d, 1.0e-3f + static_cast<float>(size) * 1.0e-6f);
+            return pixel_range(centre, hn::Add(extent, off_by), size);
+        };
+        const PixelRange xs = range(hn::Mul(x, inverse_z), nx, view.width);
+        const PixelRange ys = range(hn::Mul(y, inverse_z), ny, view.height);
+        const auto clear = hn::Gt(z, hn::Mul(radius, hn::Set(d, kClearRadii)));  // false for NaN
+        const auto unseen = hn::And(clear, hn::Not(hn::And(xs.any, ys.any)));
+        const auto wanted = hn::RebindMask(du, hn::AndNot(unseen, hn::FirstN(d, count - i)));
+
+        const auto first = tiles_of(pack_pixels(xs.first, ys.first)),
+                   last = tiles_of(pack_pixels(xs.last, ys.last));
+        const auto row = hn::Mul(hn::ShiftRight<16>(first), hn::Set(du, static_cast<uint32_t>(tiles_across)));
+        hn::Store(first, du, out.first + i);
+        hn::Store(last, du, out.last + i);
+        hn::Store(hn::Add(row, hn::And(first, hn::Set(du, 0xffffu))), du, out.tile + i);
+        hn::StoreInterleaved4(x, y, z, radius, d, out.place + 4 * i);
+        hn::StoreInterleaved4(nx, ny, nz, flatness, d, out.facing + 4 * i);
+        const auto close_flag =
+            hn::IfThenZeroElse(hn::RebindMask(du, clear), hn::Set(du, SplatsToBin::kClose));
+        const auto wide_flag = hn::IfThenZeroElse(hn::Eq(first, last), hn::Set(du, SplatsToBin::kWide));
+        const auto item = hn::Or(hn::Iota(du, static_cast<uint32_t>(i)), hn::Or(close_flag, wide_flag));
+        hn::StoreU(hn::Compress(item, wanted), du, out.list + out.count);
+        out.count += hn::CountTrue(du, wanted);
+    }
+}
+
+void bin_splats(const SetupParams& params, const SplatBatch& batch, const uint32_t* colours, TileBins& bins,
+                std::vector<TileRun>& runs, std::vector<NearSplat>& near_splats) {
+    SplatsToBin splats;
+    const uint32_t across = static_cast<uint32_t>(bins.tiles_across());
+    find_tiles(params, bins.tiles_across(), batch, splats);
+    const bool has_colour = params.options.has_colour;
+    const auto put = [&](size_t i, uint32_t tile) {
+        const TileBins::Place to = bins.next(tile, runs);
+        std::memcpy(to.chunk->place + 4 * to.at, splats.place + 4 * i, sizeof(float) * 4);
+        std::memcpy(to.chunk->facing + 4 * to.at, splats.facing + 4 * i, sizeof(float) * 4);
+        if (has_colour) to.chunk->colour[to.at] = batch.colour[i];
+    };
+    for (size_t n = 0; n < splats.count; ++n) {
+        const uint32_t item = splats.list[n];
+        const size_t i = item & (SplatsToBin::kWide - 1);
+        if (item < SplatsToBin::kWide) {  // nearly all
+            put(i, splats.tile[i]);
+            continue;
+        }
+        if ((item & SplatsToBin::kClose) && !look_closely(params, i, colours[i], splats, near_splats))
+            continue;
+        for (uint32_t y = splats.first[i] >> 16; y <= splats.last[i] >> 16; ++y) {
+            for (uint32_t x = splats.first[i] & 0xffffu; x <= (splats.last[i] & 0xffffu); ++x)
+                put(i, y * across + x);
+        }
+    }
 }
 
 }  // namespace render::HWY_NAMESPACE
@@ -399,21 +523,41 @@ HWY_AFTER_NAMESPACE();
 namespace render {
 
 HWY_EXPORT(set_up_splats);
+HWY_EXPORT(bin_splats);
 
-size_t set_up_splats(const SetupParams& params, const SplatBatch& batch, SplatRecord* out, PixelBox& box,
+namespace {
+
+// Shade::level colours a splat by its size.
+uint32_t colour_of_level(const SetupParams& params, float z, float radius) {
+    const double diameter = 2.0 * params.view.focal_px * radius / std::abs(double(z));
+    const glm::u8vec3 c = level_colour(static_cast<float>(std::min(diameter, 1.0e6)));
+    return uint32_t(c.r) | uint32_t(c.g) << 8 | uint32_t(c.b) << 16;
+}
+
+}  // namespace
+
+size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t count, SplatRecord* out,
                      std::vector<NearSplat>& near_splats) {
+    const uint32_t* colours = chunk.colour;
+    alignas(64) uint32_t levels[SplatChunk::kCapacity];
+    if (params.options.shade == Shade::level) {
+        for (size_t i = 0; i < count; ++i)
+            levels[i] = colour_of_level(params, chunk.place[4 * i + 2], chunk.place[4 * i + 3]);
+        colours = levels;
+    }
+    return HWY_DYNAMIC_DISPATCH(set_up_splats)(params, chunk, count, colours, out, near_splats);
+}
+
+void bin_splats(const SetupParams& params, const SplatBatch& batch, TileBins& bins,
+                std::vector<TileRun>& runs, std::vector<NearSplat>& near_splats) {
     const uint32_t* colours = batch.colour;
     alignas(64) uint32_t levels[SplatBatch::kCapacity];
     if (params.options.shade == Shade::level) {
-        for (int i = 0; i < batch.count; ++i) {
-            const double diameter =
-                2.0 * params.view.focal_px * batch.radius[i] / std::abs(double(batch.z[i]));
-            const glm::u8vec3 c = level_colour(static_cast<float>(std::min(diameter, 1.0e6)));
-            levels[i] = uint32_t(c.r) | uint32_t(c.g) << 8 | uint32_t(c.b) << 16;
-        }
+        for (int i = 0; i < batch.count; ++i)
+            levels[i] = colour_of_level(params, batch.z[i], batch.radius[i]);
         colours = levels;
     }
-    return HWY_DYNAMIC_DISPATCH(set_up_splats)(params, batch, colours, out, box, near_splats);
+    HWY_DYNAMIC_DISPATCH(bin_splats)(params, batch, colours, bins, runs, near_splats);
 }
 
 }  // namespace render

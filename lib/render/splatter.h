@@ -1,8 +1,8 @@
 // The CPU splatter: flat ellipsoids in, a shaded frame out.
 //
-// Splats come in batches from numbered tasks (subtrees of a model).  Each task's splats are set up
-// (projected, a vector at a time) and sorted into tiles of the screen; then each tile is drawn on
-// its own by one thread, taking the tasks in the order of their numbers, so that the frame is the same
+// Splats come in batches from numbered tasks (subtrees of a model).  Each task's splats are sorted into
+// tiles of the screen; then each tile's are set up (projected, a vector at a time) and drawn on their
+// own by one thread, taking the tasks in the order of their numbers, so that the frame is the same
 // for any number of threads and order-dependent blending needs one pass only.  It is also the same
 // for any instruction set: no fused multiply-add, no approximate reciprocals.
 //
@@ -54,10 +54,11 @@ class Splatter {
     // every splat the pixels where its depth is not between the view's near and far (to within 1e-6 of it).
     void add(size_t task, const SplatBatch& batch);
 
-    // Call after the last add() of a task that had any: sorts its splats into tiles.
+    // Call after the last add() of a task that had any.
     void end_task(size_t task);
 
-    // Draws and shades all tiles in parallel.  `frame` becomes the view's size and is written in full.
+    // Sets up, draws and shades all tiles in parallel.  `frame` becomes the view's size and is written in
+    // full.
     void finish(Frame& frame);
 
   private:

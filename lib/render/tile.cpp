@@ -188,6 +188,7 @@ HWY_INLINE void draw_splat(const SplatRecord& r, const SetupParams& params, cons
     constexpr size_t kLanes = hn::MaxLanes(F());
     const int x0 = std::max<int>(r.x0, job.x0) - job.x0, x1 = std::min<int>(r.x1 - job.x0, kTileWidth - 1);
     const int y0 = std::max<int>(r.y0, job.y0) - job.y0, y1 = std::min<int>(r.y1 - job.y0, kTileHeight - 1);
+    if (x1 < x0 || y1 < y0) return;  // what the splat's tiles were told by is larger than the splat
     const int bx0 = x0 / kBlockSize, bx1 = x1 / kBlockSize;
     const int by0 = y0 / kBlockSize, by1 = y1 / kBlockSize;
     // Offset of the tile's first pixel.
@@ -365,38 +366,47 @@ void clear(float* state) {
     }
 }
 
-template <class Pixel, bool kSquare>
-void draw_pixels(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
-    clear<Pixel>(state);
-    for (const NearSplat& splat : job.near_splats) draw_near_splat<Pixel>(splat, params, job, state);
-    for (const TileRun& run : job.runs) {
-        for (uint32_t i = 0; i < run.count; ++i) {
-            // Records of a tile are scattered over their task's; the next ones are known.
-            if (i + 16 < run.count) hwy::Prefetch(run.records + run.order[i + 16]);
-            draw_splat<Pixel, kSquare>(run.records[run.order[i]], params, job, state);
-        }
+// Chunks are small and apart, and another processor may have filled them.
+HWY_INLINE void fetch_ahead(const TileRun& run) {
+    constexpr uint32_t kLine = 16;
+    for (uint32_t at = 0; at < 4 * run.count; at += kLine) {
+        hwy::Prefetch(run.chunk->place + at);
+        hwy::Prefetch(run.chunk->facing + at);
     }
-    resolve<Pixel>(params, job, state, frame);
 }
 
 template <class Pixel, bool kSquare>
-void draw_and_shade(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
-    if (params.has_limits()) return draw_pixels<Limited<Pixel>, kSquare>(params, job, state, frame);
-    draw_pixels<Pixel, kSquare>(params, job, state, frame);
+void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
+    clear<Pixel>(scratch.state);
+    for (const NearSplat& splat : job.near_splats) draw_near_splat<Pixel>(splat, params, job, scratch.state);
+    for (const TileRun& run : job.runs) {
+        if (&run != &job.runs.back()) fetch_ahead((&run)[1]);
+        // No near splats here: they were found when the splats were sorted.
+        const size_t count =
+            set_up_splats(params, *run.chunk, run.count, scratch.records, scratch.near_splats);
+        for (size_t i = 0; i < count; ++i) draw_splat<Pixel, kSquare>(scratch.records[i], params, job, scratch.state);
+    }
+    resolve<Pixel>(params, job, scratch.state, frame);
 }
 
-void draw_tile(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
+template <class Pixel, bool kSquare>
+void draw_and_shade(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
+    if (params.has_limits()) return draw_pixels<Limited<Pixel>, kSquare>(params, job, scratch, frame);
+    draw_pixels<Pixel, kSquare>(params, job, scratch, frame);
+}
+
+void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
     const SplatterOptions& options = params.options;
-    if (options.kind == SplatKind::square) return draw_and_shade<Nearest, true>(params, job, state, frame);
-    if (options.kind != SplatKind::smooth) return draw_and_shade<Nearest, false>(params, job, state, frame);
+    if (options.kind == SplatKind::square) return draw_and_shade<Nearest, true>(params, job, scratch, frame);
+    if (options.kind != SplatKind::smooth) return draw_and_shade<Nearest, false>(params, job, scratch, frame);
     const bool colours = options.has_colour || options.shade == Shade::level;
     if (options.shade == Shade::flat) {
-        return colours ? draw_and_shade<Blend<false, true>, false>(params, job, state, frame)
-                       : draw_and_shade<Blend<false, false>, false>(params, job, state, frame);
+        return colours ? draw_and_shade<Blend<false, true>, false>(params, job, scratch, frame)
+                       : draw_and_shade<Blend<false, false>, false>(params, job, scratch, frame);
     }
     return colours && options.shade != Shade::normal
-               ? draw_and_shade<Blend<true, true>, false>(params, job, state, frame)
-               : draw_and_shade<Blend<true, false>, false>(params, job, state, frame);
+               ? draw_and_shade<Blend<true, true>, false>(params, job, scratch, frame)
+               : draw_and_shade<Blend<true, false>, false>(params, job, scratch, frame);
 }
 
 }  // namespace render::HWY_NAMESPACE
@@ -407,8 +417,8 @@ namespace render {
 
 HWY_EXPORT(draw_tile);
 
-void draw_tile(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
-    HWY_DYNAMIC_DISPATCH(draw_tile)(params, job, state, frame);
+void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
+    HWY_DYNAMIC_DISPATCH(draw_tile)(params, job, scratch, frame);
 }
 
 }  // namespace render

@@ -19,8 +19,8 @@ struct DrawOptions {
 // What a frame cost.
 struct DrawReport {
     splat::CutCounts counts;  // error_bound_px: infinity for squares and circles, which leave the ellipsoids
-    double traverse_ms = 0;   // cut, projection and sorting into tiles
-    double draw_ms = 0;       // tiles: drawing and shading
+    double traverse_ms = 0;   // cut, and sorting into tiles
+    double draw_ms = 0;       // tiles: set-up, drawing and shading
 };
 
 // Draws one model again and again; buffers are kept from frame to frame.

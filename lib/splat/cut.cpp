@@ -24,8 +24,8 @@
 namespace splat {
 namespace {
 
-constexpr int kGroup = 8;      // lanes for a group of up to kMaxFanOut nodes
-constexpr int kMaxLanes = 16;  // of a vector
+constexpr int kGroup = 8;               // lanes for a group of up to kMaxFanOut nodes
+constexpr int kMaxLanes = 16;           // of a vector
 constexpr float kDiameterOfError = 20;  // a flat node may be this much wider than its error allows
 
 // The view in model space.  Positions are relative to `pivot`, a point on the line of sight at depth
@@ -57,8 +57,8 @@ struct Opening {
     uint64_t block;
 };
 
-// Sibling groups of one block, a lane a node: what they and their parents are, and what became of them.  Groups
-// are short and vectors long, so that as many as fit are worked on together.
+// Sibling groups of one block, a lane a node: what they and their parents are, and what became of them.
+// Groups are short and vectors long, so that as many as fit are worked on together.
 struct Chunk {
     static constexpr int kNodes = 128;
     static constexpr int kLanes = kNodes + kMaxLanes;  // the last vector may reach beyond the nodes
@@ -136,7 +136,8 @@ HWY_INLINE V LookUp(D d, const Table& table, I index) {
     V found = hn::TableLookupLanes(hn::Load(d, table.data()), within);
     for (size_t first = lanes; first < N; first += lanes) {
         const M beyond = hn::RebindMask(d, hn::Gt(index, hn::Set(di, int32_t(first) - 1)));
-        found = hn::IfThenElse(beyond, hn::TableLookupLanes(hn::Load(d, table.data() + first), within), found);
+        found =
+            hn::IfThenElse(beyond, hn::TableLookupLanes(hn::Load(d, table.data() + first), within), found);
     }
     return found;
 }
@@ -158,12 +159,17 @@ HWY_INLINE void TakeGroups(std::span<const Opening> parents, const BlockView& bl
             const auto attitude = hn::PromoteTo(du, hn::LoadU(d16, block.attitude() + parent.slot + k));
             const auto place = hn::PromoteTo(du, hn::LoadU(d16, block.place() + parent.slot + k));
             hn::StoreU(hn::Or(attitude, hn::ShiftLeft<16>(place)), du, &chunk.code[to]);
-            const auto shape = hn::And(hn::Shr(hn::Set(du, shapes.bits), hn::ShiftLeft<2>(hn::Add(lane, hn::Set(du, shapes.first)))), hn::Set(du, 15u));
+            const auto shape = hn::And(
+                hn::Shr(hn::Set(du, shapes.bits), hn::ShiftLeft<2>(hn::Add(lane, hn::Set(du, shapes.first)))),
+                hn::Set(du, 15u));
             const auto missing = hn::And(hn::Shr(hn::Set(du, chunk.missing[g]), lane), hn::Set(du, 1u));
-            const auto flags = hn::Or(hn::Mul(missing, hn::Set(du, Chunk::kChildrenMissing)), hn::Set(du, parent.is_inside ? Chunk::kParentInside : 0u));
+            const auto flags = hn::Or(hn::Mul(missing, hn::Set(du, Chunk::kChildrenMissing)),
+                                      hn::Set(du, parent.is_inside ? Chunk::kParentInside : 0u));
             hn::StoreU(hn::Or(shape, flags), du, &chunk.shape[to]);
             hn::StoreU(hn::Add(hn::Set(du, parent.slot), lane), du, &chunk.slot[to]);
-            if (block.colour()) hn::StoreU(hn::PromoteTo(du, hn::LoadU(d16, block.colour() + parent.slot + k)), du, &chunk.colour[to]);
+            if (block.colour())
+                hn::StoreU(hn::PromoteTo(du, hn::LoadU(d16, block.colour() + parent.slot + k)), du,
+                           &chunk.colour[to]);
             for (int axis = 0; axis < 3; ++axis) {
                 hn::StoreU(hn::Set(d, parent.at[axis]), d, &chunk.parent_at[axis][to]);
                 hn::StoreU(hn::Set(d, parent.normal[axis]), d, &chunk.parent_normal[axis][to]);
@@ -177,13 +183,16 @@ HWY_INLINE void TakeGroups(std::span<const Opening> parents, const BlockView& bl
 
 // decode_colour() of node.h, as in SplatBatch.
 HWY_INLINE U DecodeColour(U v) {
-    const auto widen = [](U high, int up, int down) HWY_ATTR { return hn::Or(hn::ShiftLeftSame(high, up), hn::ShiftRightSame(high, down)); };
-    const U r = widen(Field(v, 11, 31), 3, 2), g = widen(Field(v, 5, 63), 2, 4), b = widen(Field(v, 0, 31), 3, 2);
+    const auto widen = [](U high, int up, int down) HWY_ATTR {
+        return hn::Or(hn::ShiftLeftSame(high, up), hn::ShiftRightSame(high, down));
+    };
+    const U r = widen(Field(v, 11, 31), 3, 2), g = widen(Field(v, 5, 63), 2, 4),
+            b = widen(Field(v, 0, 31), 3, 2);
     return hn::Or(r, hn::Or(hn::ShiftLeft<8>(g), hn::ShiftLeft<16>(b)));
 }
 
-// Decodes the groups of `parents`, culls them, lists in `chunk` what is to be opened, and appends what is to be
-// drawn to `batch`, which has room for Chunk::kLanes more.
+// Decodes the groups of `parents`, culls them, lists in `chunk` what is to be opened, and appends what is to
+// be drawn to `batch`, which has room for Chunk::kLanes more.
 void CutGroups(std::span<const Opening> parents, const BlockView& block, const CutView& view, Chunk& chunk,
                geom::SplatBatch& batch, CutCounts& counts) {
     const D d;
@@ -295,7 +304,8 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         error_px = hn::Max(error_px, hn::IfThenElseZero(drawn, safe));
         const int to = batch.count;
         // What stands for surface on several sides is shown from the side it is seen from.
-        const M many_sided = view.two_sided ? hn::Eq(zero, zero) : hn::And(hn::RebindMask(d, no_cone), is_parent);
+        const M many_sided =
+            view.two_sided ? hn::Eq(zero, zero) : hn::And(hn::RebindMask(d, no_cone), is_parent);
         const M turned = hn::And(hn::Gt(along, zero), many_sided);
         const V sign = hn::IfThenElse(turned, hn::Neg(one), one);
         const V3 shown{hn::Mul(n.x, sign), hn::Mul(n.y, sign), hn::Mul(n.z, sign)};
@@ -305,7 +315,8 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         put(Dot(Set3(d, view.right), shown), batch.nx), put(Dot(Set3(d, view.down), shown), batch.ny), put(Dot(forward, shown), batch.nz);
         put(radius, batch.radius), put(flat, batch.flatness);
         if (view.has_colour)
-            hn::StoreU(hn::Compress(DecodeColour(hn::Load(du, &chunk.colour[i])), hn::RebindMask(du, drawn)), du, batch.colour + to);
+            hn::StoreU(hn::Compress(DecodeColour(hn::Load(du, &chunk.colour[i])), hn::RebindMask(du, drawn)),
+                       du, batch.colour + to);
         else
             hn::StoreU(hn::Set(du, view.colour), du, batch.colour + to);
         batch.count += int(hn::CountTrue(d, drawn));
@@ -326,7 +337,9 @@ HWY_EXPORT(CutGroups);
 
 namespace {
 
-constexpr size_t kTasks = 256;        // the top ends where this many nodes wait to be opened
+// The top ends where this many nodes wait to be opened; twice as many cut the dragon into 1216 tasks, whose
+// short levels fill vectors badly and took 10 % more of a frame.
+constexpr size_t kTasks = 128;
 constexpr uint32_t kLineNodes = 32;   // nodes in a cache line of a channel
 constexpr size_t kCachedBlocks = 64;  // a thread's opened blocks, by number modulo this
 
@@ -404,15 +417,17 @@ struct Cut::State {
     std::unique_ptr<std::atomic<uint8_t>[]> touched;  // by block: the frame it was last used in
     uint8_t frame = 0;
 
-    // Opens nodes whose groups lie in one block: the groups are cut, drawn nodes go to the batch, the others to
-    // push(opening, offset).
+    // Opens nodes whose groups lie in one block: the groups are cut, drawn nodes go to the batch, the others
+    // to push(opening, offset).
     template <class Push>
-    void open(std::span<const Opening> nodes, Walker& walker, geom::SplatBatch& batch, CutCounts& c, const Push& push) {
+    void open(std::span<const Opening> nodes, Walker& walker, geom::SplatBatch& batch, CutCounts& c,
+              const Push& push) {
         const uint64_t number = nodes[0].block;
         BlockView& block = walker.open_block(model, number);
         if (touched[number].exchange(frame, std::memory_order_relaxed) != frame) ++c.blocks_touched;
         for (const Opening& node : nodes)
-            if (node.slot + node.children > block.node_count()) model.fault(number, "a sibling group goes beyond its nodes");
+            if (node.slot + node.children > block.node_count())
+                model.fault(number, "a sibling group goes beyond its nodes");
         Chunk& chunk = walker.chunk;
         if (!model.is_complete()) mark_missing(nodes, block, chunk);
         HWY_DYNAMIC_DISPATCH(CutGroups)(nodes, block, view, chunk, batch, c);
@@ -426,9 +441,14 @@ struct Cut::State {
             // Groups follow each other: most lie in lines that were asked for already.
             if (group.block != asked.block || group.slot / kLineNodes != asked.slot / kLineNodes)
                 model.prefetch(asked = group);
-            push(Opening{{chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]}, chunk.radius[k],
-                         {chunk.normal[0][k], chunk.normal[1][k], chunk.normal[2][k]}, int16_t(chunk.cone[k]),
-                         uint8_t(chunk.code[k] & 7), chunk.inside[k] != 0, group.slot, group.block},
+            push(Opening{{chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]},
+                         chunk.radius[k],
+                         {chunk.normal[0][k], chunk.normal[1][k], chunk.normal[2][k]},
+                         int16_t(chunk.cone[k]),
+                         uint8_t(chunk.code[k] & 7),
+                         chunk.inside[k] != 0,
+                         group.slot,
+                         group.block},
                  glm::dvec3(chunk.offset[0][k], chunk.offset[1][k], chunk.offset[2][k]));
         }
     }
@@ -438,13 +458,16 @@ struct Cut::State {
             uint32_t bits = 0;
             for (uint32_t k = 0; k < nodes[g].children; ++k) {
                 const uint32_t slot = nodes[g].slot + k;
-                if (block.children_of(slot) != 0 && !model.has_block(block.group_of(slot).block)) bits |= 1u << k;
+                if (block.children_of(slot) != 0 && !model.has_block(block.group_of(slot).block))
+                    bits |= 1u << k;
             }
             chunk.missing[g] = uint8_t(bits);
         }
     }
 
-    static bool is_full(const geom::SplatBatch& batch) { return batch.count + Chunk::kLanes > geom::SplatBatch::kCapacity; }
+    static bool is_full(const geom::SplatBatch& batch) {
+        return batch.count + Chunk::kLanes > geom::SplatBatch::kCapacity;
+    }
 
     // As many nodes from the first on as a chunk takes.
     static std::span<const Opening> first_chunk(std::span<const Opening> nodes) {
@@ -489,10 +512,12 @@ struct Cut::State {
         walker.level.assign(1, from);
         while (!walker.level.empty()) {
             walker.next.clear();
-            for (std::span<const Opening> rest = walker.level, nodes; !rest.empty(); rest = rest.subspan(nodes.size())) {
+            for (std::span<const Opening> rest = walker.level, nodes; !rest.empty();
+                 rest = rest.subspan(nodes.size())) {
                 nodes = first_chunk(rest);
                 if (is_full(walker.batch)) sink(walker.batch), walker.batch.count = 0;
-                open(nodes, walker, walker.batch, c, [&](const Opening& child, const glm::dvec3&) { walker.next.push_back(child); });
+                open(nodes, walker, walker.batch, c,
+                     [&](const Opening& child, const glm::dvec3&) { walker.next.push_back(child); });
             }
             std::swap(walker.level, walker.next);
         }

@@ -20,14 +20,12 @@ namespace {
 // them too large in turn.
 constexpr float kMaxLeafInflation = 2.5f, kMaxInnerInflation = 1.6f;
 constexpr float kThinWeight = 0.55f;  // what is minimised: R (1 + 0.55 rho); 0.6 is 0.3 dB better and half a percent looser
-constexpr float kLeafBall = 2.5f;     // for 1.55 R: a leaf that is a ball stands out from the surface by all its radius
-constexpr float kCoarseInflation = 1.25f;  // less, and a level between is no smaller
 constexpr float kMinRadius = 1e-12f;  // model units; points closer together than this are one
 constexpr float kRoundUp = 1.0001f;   // over the float rounding of decode and cover
 
 // What the stages of a fit hand on, a lane a child.
 struct FitState {
-    alignas(32) Lanes<float> normal[3], t1[3], t2[3], ideal[3], smallest, thickness;
+    alignas(32) Lanes<float> normal[3], t1[3], t2[3], ideal[3], smallest;
     alignas(32) Lanes<uint32_t> normal_code, place;
     alignas(32) Lanes<float> radius_level;
 };
@@ -141,7 +139,6 @@ void TurnPoints(GroupContent& content, float parent_radius, size_t lane, FitStat
     const V sum = middle(3), difference = middle(4);
     const V3 ideal{hn::Mul(half, hn::Add(middle(0), hn::Mul(half, hn::Add(sum, difference)))),
                    hn::Mul(half, hn::Add(middle(1), hn::Mul(half, hn::Sub(sum, difference)))), middle(2)};
-    hn::Store(hn::Sub(e.high[2], e.low[2]), d, &state.thickness[lane]);
     V most = hn::Zero(d);
     for (size_t at = lane; at < content.x.size(); at += kLanes) {
         const V3 p{hn::Sub(hn::LoadU(d, &content.x[at]), ideal.x), hn::Sub(hn::LoadU(d, &content.y[at]), ideal.y),
@@ -180,10 +177,7 @@ class Search {
     Search(const GroupContent& content, const FitState& state, size_t child, float parent_radius)
         : u_(&content.x[child]), v_(&content.y[child]), w_(&content.z[child]), points_(content.points[child]),
           ideal_(state.ideal[0][child], state.ideal[1][child], state.ideal[2][child]), smallest_(state.smallest[child]),
-          parent_radius_(parent_radius) {
-        for (int rho = 0; rho < 4; ++rho) cost_[rho] = 1.0f + kThinWeight * kFlatness[rho];
-        if (content.is_leaf[child]) cost_[3] = kLeafBall;
-    }
+          parent_radius_(parent_radius) {}
 
     Choice nearest() {
         find_steps();
@@ -191,7 +185,7 @@ class Search {
             const float radius = kRadius[level] * parent_radius_;
             const bool is_last = level == kRadiusLevels - 1;
             if (radius < smallest_ && !is_last) continue;
-            if (radius * cost_[0] >= best_.cost) break;
+            if (radius * (1.0f + kThinWeight * kFlatness[0]) >= best_.cost) break;
             // About the centre of the smallest sphere, points are as far off on all sides: a step aside costs at least
             // its square.  (The centre is not exact: 1 / 0.95.)
             const float bound = is_last ? std::numeric_limits<float>::infinity() : radius * radius / 0.95f - smallest_ * smallest_;
@@ -285,7 +279,7 @@ class Search {
         V cost = hn::Inf(d), shape = hn::Zero(d);
         const V centring = hn::Div(hn::Set(d, 1e-3f), allowed);  // among equals, the best centred
         for (int rho = 3; rho >= 0; --rho) {
-            const V weighted = hn::Mul(hn::Set(d, radius * cost_[rho]), hn::Add(hn::Set(d, 1.0f), hn::Mul(most[rho], centring)));
+            const V weighted = hn::Mul(hn::Set(d, radius * (1.0f + kThinWeight * kFlatness[rho])), hn::Add(hn::Set(d, 1.0f), hn::Mul(most[rho], centring)));
             const auto holds = hn::Le(most[rho], allowed);
             cost = hn::IfThenElse(holds, weighted, cost), shape = hn::IfThenElse(holds, hn::Set(d, float(rho)), shape);
         }
@@ -306,7 +300,6 @@ class Search {
     const size_t points_;
     const glm::vec3 ideal_;
     const float smallest_, parent_radius_;
-    float cost_[4];  // by flatness, of a radius of 1
     Choice best_;
     alignas(64) int32_t a_[kRadiusLevels], b_[kRadiusLevels], c_[kRadiusLevels];
 };
@@ -337,11 +330,7 @@ void FitGroup(GroupContent& content, const Node& parent, GroupFit& fit) {
         fit.attitude[k] = uint16_t(cone << 3 | state.normal_code[k] << 5);
         fit.place[k] = uint16_t(best.place), fit.shape[k] = uint8_t(best.shape);
         fit.inflation[k] = parent.radius * state.radius_level[k] / state.smallest[k];
-        // A thin leaf far from its parent's middle, where the lattice is coarse, may need a ball: under a smaller parent it
-        // does not.
-        const bool is_coarse = content.is_leaf[k] && fit.inflation[k] > kCoarseInflation && best.shape == 3 &&
-                               state.thickness[k] < 2 * kFlatness[2] * state.smallest[k];
-        fit.is_between[k] = (fit.inflation[k] > largest || is_coarse) && !is_full();
+        fit.is_between[k] = fit.inflation[k] > largest && !is_full();
     }
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
         const FrameLanes<V> own{Load3(state.t1, lane), Load3(state.t2, lane), Load3(state.normal, lane)};
