@@ -19,7 +19,7 @@ namespace {
 // Beyond these a level is inserted.  An inner node that is coded too large makes its children small against it, and
 // them too large in turn.
 constexpr float kMaxLeafInflation = 2.5f, kMaxInnerInflation = 1.6f;
-constexpr float kThinWeight = 0.55f;  // what is minimised: R (1 + 0.55 rho); 0.6 is 0.3 dB better and half a percent looser
+constexpr float kThinWeight = 0.7f;   // what is minimised: R (1 + 0.7 rho); more makes leaves rounder and larger
 constexpr float kMinRadius = 1e-12f;  // model units; points closer together than this are one
 constexpr float kRoundUp = 1.0001f;   // over the float rounding of decode and cover
 
