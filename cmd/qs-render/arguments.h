@@ -1,0 +1,36 @@
+// The command line of qs-render.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "core/program.h"
+#include "qs-render/camera_options.h"
+#include "render/image.h"
+#include "scene/draw.h"
+
+namespace qs_render {
+
+// All that the command line can say.
+struct Arguments {
+    std::string source, path, output, format, depth, reference, report;
+    CameraOptions camera;
+    std::array<double, 2> resolution{1280, 720};
+    double threshold_px = 1, threshold_diameter_px = kNotGiven, fps = kNotGiven;
+    CLI::Option* threshold = nullptr;
+    bool keep_backfaces = false;
+    std::string splat = "smooth", shade = "lit", background = "0,0,0";
+
+    bool cuts_by_diameter() const { return !std::isnan(threshold_diameter_px); }
+};
+
+void add_options(core::Program& program, Arguments& arguments);
+
+// What can be told without reading anything.  Throws core::UsageError.
+void check(const Arguments& arguments);
+
+// These throw core::UsageError for words that they do not know.
+scene::DrawOptions draw_options(const Arguments& arguments);
+render::ImageFormat format_of(const Arguments& arguments);
+
+}  // namespace qs_render

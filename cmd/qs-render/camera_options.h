@@ -1,0 +1,35 @@
+// The camera of a single frame, as the command line gives it.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/program.h"
+#include "geom/camera.h"
+#include "geom/sphere.h"
+
+namespace qs_render {
+
+constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
+
+struct CameraOptions {
+    std::array<double, 3> position{kNotGiven, kNotGiven, kNotGiven};
+    std::array<double, 3> focal_point{kNotGiven, kNotGiven, kNotGiven};
+    std::array<double, 3> view_up{0, 1, 0};
+    double view_angle_deg = 30, azimuth_deg = 0, elevation_deg = 15;
+    std::vector<CLI::Option*> all;
+    CLI::Option *azimuth = nullptr, *elevation = nullptr;
+
+    void add_to(core::Program& program);
+
+    // Names the first of the options that was given, if any was.
+    std::string given() const;
+
+    // bounds: of the model.  aspect: width / height of the picture.  Throws core::UsageError where the
+    // options contradict each other or the camera looks nowhere.
+    geom::Camera camera(geom::Sphere bounds, double aspect) const;
+};
+
+}  // namespace qs_render
