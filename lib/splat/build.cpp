@@ -1,7 +1,9 @@
 #include "splat/build.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <unordered_map>
 
@@ -18,10 +20,10 @@ namespace splat {
 
 namespace {
 
-constexpr uint32_t kHullLeaves = 49;       // leaves summarised by one box for the upper tree
-constexpr double kOpenGap = 0.1;           // widest boundary, in radii, of a model still taken as closed
-constexpr size_t kFacePiece = size_t(1) << 16;
-constexpr size_t kMostWatchers = 3;        // subtrees besides its own that see all the faces at a leaf
+constexpr uint32_t kHullLeaves = 49;        // leaves summarised by one box for the upper tree
+constexpr double kOpenGap = 0.1;            // widest boundary, in radii, of a model still taken as closed
+constexpr size_t kPiece = size_t(1) << 16;  // faces or leaves that a thread takes at a time
+constexpr size_t kMostWatchers = 3;         // subtrees besides its own that see all the faces at a leaf
 
 // Gives a vector's memory back (assigning {} would keep it).
 template <class T>
@@ -29,7 +31,8 @@ void release(std::vector<T>& v) {
     std::vector<T>().swap(v);
 }
 
-// The faces that touch each subtree, and those at the corners of these, as leaf numbers, in the order of the input.
+// The faces that touch each subtree, and those at the corners of these, as leaf numbers, in the order of the
+// input.
 struct FaceBuckets {
     std::vector<glm::u32vec3> faces;
     std::vector<size_t> begin;  // by subtree, and the end
@@ -77,7 +80,8 @@ class Builder {
         } else if (!options_.keep_colour) {
             report_.left_out.emplace_back("colour: not wanted");
             release(mesh_.colours);
-        } else if (std::all_of(mesh_.colours.begin(), mesh_.colours.end(), [&](auto c) { return c == mesh_.colours[0]; })) {
+        } else if (std::all_of(mesh_.colours.begin(), mesh_.colours.end(),
+                               [&](auto c) { return c == mesh_.colours[0]; })) {
             report_.left_out.emplace_back("colour: one for all, in the header");
             h.flags |= kConstantColour;
             h.colour = {mesh_.colours[0].r, mesh_.colours[0].g, mesh_.colours[0].b, 0};
@@ -92,8 +96,11 @@ class Builder {
     void order_leaves() {
         const size_t n = mesh_.positions.size();
         std::vector<uint8_t> used(n, mesh_.is_cloud());
-        for (const glm::u32vec3& t : mesh_.triangles)
-            for (int k = 0; k < 3; ++k) used[t[k]] = 1;
+        core::parallel_pieces(mesh_.triangles.size(), kPiece, [&](size_t begin, size_t end) {
+            for (size_t f = begin; f < end; ++f)
+                for (int k = 0; k < 3; ++k)
+                    std::atomic_ref(used[mesh_.triangles[f][k]]).store(1, std::memory_order_relaxed);
+        });
         points_.reserve(n);
         for (size_t v = 0; v < n; ++v)
             if (used[v]) points_.push_back({mesh_.positions[v], uint32_t(v)});
@@ -102,7 +109,7 @@ class Builder {
         if (mesh_.normals.empty() && mesh_.colours.empty()) release(mesh_.positions);
         root_ = sort_into_tree(points_);
         leaf_of_.resize(n);
-        core::parallel_pieces(points_.size(), kFacePiece, [&](size_t begin, size_t end) {
+        core::parallel_pieces(points_.size(), kPiece, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; ++i) leaf_of_[points_[i].vertex] = uint32_t(i);
         });
         collect_subtrees(*root_);
@@ -120,19 +127,23 @@ class Builder {
     // The root's sphere about the middle of the box; model space makes it the unit sphere.
     void place_model() {
         const glm::dvec3 low(root_->low), high(root_->high);
-        // The origin is rounded in world coordinates, and what it is from there is exact: far from 0 the model would
-        // else be shifted by the rounding.
+        // The origin is rounded in world coordinates, and what it is from there is exact: far from 0 the
+        // model would else be shifted by the rounding.
         const glm::dvec3 origin = mesh_.origin + (0.5 * low + 0.5 * high);
         const glm::dvec3 middle = origin - mesh_.origin;
-        double square = 0;
         const double size = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
         const double inverse = size > 0 ? 1 / size : 1;
-        for (const TreePoint& p : points_) {
-            const glm::dvec3 d = (glm::dvec3(p.position) - middle) * inverse;
-            square = std::max(square, glm::dot(d, d));
-        }
-        double radius = std::sqrt(square) * (size > 0 ? size : 0);
-        const double widest = cloud_radii_.empty() ? 0 : double(*std::max_element(cloud_radii_.begin(), cloud_radii_.end()));
+        std::vector<double> squares((points_.size() + kPiece - 1) / kPiece, 0);
+        core::parallel_pieces(points_.size(), kPiece, [&](size_t begin, size_t end) {
+            double& square = squares[begin / kPiece];
+            for (size_t i = begin; i < end; ++i) {
+                const glm::dvec3 d = (glm::dvec3(points_[i].position) - middle) * inverse;
+                square = std::max(square, glm::dot(d, d));
+            }
+        });
+        double radius = std::sqrt(*std::max_element(squares.begin(), squares.end())) * (size > 0 ? size : 0);
+        const double widest =
+            cloud_radii_.empty() ? 0 : double(*std::max_element(cloud_radii_.begin(), cloud_radii_.end()));
         radius = (radius + 1.5 * widest) * 1.0001;
         // One point, or all equal: a sphere that is small against where it is.
         if (!(radius > 0)) {
@@ -159,7 +170,7 @@ class Builder {
         }
         const size_t subtrees = subtree_begin_.size();
         // Few pieces for many subtrees: the table of counts stays small beside the faces.
-        const size_t piece = std::max(kFacePiece, mesh_.triangles.size() / 64 + 1);
+        const size_t piece = std::max(kPiece, mesh_.triangles.size() / 64 + 1);
         const size_t pieces = (mesh_.triangles.size() + piece - 1) / piece;
         std::vector<uint64_t> flat(pieces, 0);
         core::parallel_for(pieces, [&](size_t p) {
@@ -188,7 +199,8 @@ class Builder {
         buckets_.begin[subtrees] = sum;
         buckets_.faces.resize(sum);
         core::parallel_for(pieces, [&](size_t p) {
-            for_faces(p, piece, [&](uint32_t s, const glm::u32vec3& face) { buckets_.faces[to[p][s]++] = face; });
+            for_faces(p, piece,
+                      [&](uint32_t s, const glm::u32vec3& face) { buckets_.faces[to[p][s]++] = face; });
         });
         release(mesh_.triangles);
         release(watchers_), release(is_watched_);
@@ -200,8 +212,8 @@ class Builder {
         auto operator<=>(const Watcher&) const = default;
     };
 
-    // Which leaves' faces other subtrees want to see.  Those of a leaf that has faces with many subtrees are left out:
-    // in a soup of faces all would want to see all.
+    // Which leaves' faces other subtrees want to see.  Those of a leaf that has faces with many subtrees are
+    // left out: in a soup of faces all would want to see all.
     void find_watchers(size_t pieces, size_t piece) {
         std::vector<std::vector<Watcher>> found(pieces);
         core::parallel_for(pieces, [&](size_t p) {
@@ -217,7 +229,8 @@ class Builder {
             std::sort(found[p].begin(), found[p].end());
             found[p].erase(std::unique(found[p].begin(), found[p].end()), found[p].end());
         });
-        for (std::vector<Watcher>& w : found) watchers_.insert(watchers_.end(), w.begin(), w.end()), release(w);
+        for (std::vector<Watcher>& w : found)
+            watchers_.insert(watchers_.end(), w.begin(), w.end()), release(w);
         std::sort(watchers_.begin(), watchers_.end());
         watchers_.erase(std::unique(watchers_.begin(), watchers_.end()), watchers_.end());
         size_t kept = 0;
@@ -231,7 +244,8 @@ class Builder {
         for (const Watcher& w : watchers_) is_watched_[w.leaf] = true;
     }
 
-    // Calls emit(subtree, face) once for each subtree that the face touches or that wants to see one of its corners.
+    // Calls emit(subtree, face) once for each subtree that the face touches or that wants to see one of its
+    // corners.
     template <class Emit>
     void for_faces(size_t p, size_t piece, const Emit& emit) {
         const size_t end = std::min(mesh_.triangles.size(), (p + 1) * piece);
@@ -247,7 +261,8 @@ class Builder {
             for (int k = 0; k < 3; ++k) send(subtree_of(face[k]));
             for (int k = 0; k < 3; ++k) {
                 if (!is_watched_[face[k]]) continue;
-                for (auto w = std::lower_bound(watchers_.begin(), watchers_.end(), Watcher{face[k], 0}); w != watchers_.end() && w->leaf == face[k]; ++w)
+                for (auto w = std::lower_bound(watchers_.begin(), watchers_.end(), Watcher{face[k], 0});
+                     w != watchers_.end() && w->leaf == face[k]; ++w)
                     send(w->subtree);
             }
         }
@@ -259,12 +274,18 @@ class Builder {
         return !(glm::dot(n, n) > 1e-24 * glm::dot(p, p) * glm::dot(q, q));
     }
 
-    glm::dvec3 model(uint32_t leaf) const {
-        return (glm::dvec3(points_[leaf].position) + model_offset_) * inverse_scale_;
+    glm::dvec3 model(const glm::vec3& position) const {
+        return (glm::dvec3(position) + model_offset_) * inverse_scale_;
     }
+    glm::dvec3 model(uint32_t leaf) const { return model(points_[leaf].position); }
     uint32_t subtree_end(size_t s) const {
         return s + 1 < subtree_begin_.size() ? subtree_begin_[s + 1] : uint32_t(points_.size());
     }
+
+    struct Box {
+        glm::vec3 low{std::numeric_limits<float>::max()}, high{std::numeric_limits<float>::lowest()};
+        void extend(const Box& b) { low = glm::min(low, b.low), high = glm::max(high, b.high); }
+    };
 
     // For the upper tree: boxes that hold the surface of some leaves each, sums of normals and colours.
     struct Summary {
@@ -275,38 +296,41 @@ class Builder {
 
     void summarise_subtrees() {
         summary_.resize(subtree_begin_.size());
-        core::parallel_for(summary_.size(), [&](size_t s) { summarise(s); }, 8);
+        core::parallel_for(
+            summary_.size(), [&](size_t s) { summarise(s); }, 8);
     }
 
     void summarise(size_t s) {
         const uint32_t begin = subtree_begin_[s], end = subtree_end(s);
         const size_t boxes = (end - begin + kHullLeaves - 1) / kHullLeaves;
-        std::vector<glm::dvec3> low(boxes, glm::dvec3(1e300)), high(boxes, glm::dvec3(-1e300));
-        const auto extend = [&](uint32_t leaf, const glm::dvec3& p) {
-            const size_t b = (leaf - begin) / kHullLeaves;
-            low[b] = glm::min(low[b], p), high[b] = glm::max(high[b], p);
-        };
+        std::vector<Box> box(boxes);
         Summary& sum = summary_[s];
         for (uint32_t leaf = begin; leaf < end; ++leaf) {
             const uint32_t vertex = points_[leaf].vertex;
-            const double r = cloud_radii_.empty() ? 0 : 1.1 * double(cloud_radii_[vertex]) * inverse_scale_;
-            extend(leaf, model(leaf) - r), extend(leaf, model(leaf) + r);
+            const glm::vec3& at = points_[leaf].position;
+            // Clouds: a radius on all sides, and what the rounding of the sum may take away.
+            const glm::vec3 r =
+                cloud_radii_.empty() ? glm::vec3(0) : 1.1f * cloud_radii_[vertex] + 1e-6f * glm::abs(at);
+            box[(leaf - begin) / kHullLeaves].extend({at - r, at + r});
             if (!mesh_.colours.empty()) sum.colour += glm::u64vec3(mesh_.colours[vertex]);
             if (mesh_.is_cloud() && !mesh_.normals.empty()) sum.normal += glm::dvec3(mesh_.normals[vertex]);
         }
         for (const glm::u32vec3& face : buckets_.of(s)) {
-            const glm::dvec3 corner[3] = {model(face.x), model(face.y), model(face.z)};
-            bool touches = false;
-            for (int k = 0; k < 3; ++k) {
-                if (face[k] - begin >= end - begin) continue;
-                for (const glm::dvec3& p : corner) extend(face[k], p);
-                touches = true;
-            }
-            if (touches) sum.normal += glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
+            const bool is_own[3] = {face.x - begin < end - begin, face.y - begin < end - begin,
+                                    face.z - begin < end - begin};
+            if (!is_own[0] && !is_own[1] && !is_own[2]) continue;
+            const glm::vec3 &a = points_[face.x].position, &p = points_[face.y].position,
+                            &q = points_[face.z].position;
+            const Box all{glm::min(a, glm::min(p, q)), glm::max(a, glm::max(p, q))};
+            for (int k = 0; k < 3; ++k)
+                if (is_own[k]) box[(face[k] - begin) / kHullLeaves].extend(all);
+            sum.normal += glm::cross(glm::dvec3(p) - glm::dvec3(a), glm::dvec3(q) - glm::dvec3(a));
         }
-        for (size_t b = 0; b < boxes; ++b)
+        sum.normal *= mesh_.is_cloud() ? 1 : inverse_scale_ * inverse_scale_;
+        for (const Box& b : box)
             for (int k = 0; k < 8; ++k)
-                sum.hull.emplace_back(k & 1 ? high[b].x : low[b].x, k & 2 ? high[b].y : low[b].y, k & 4 ? high[b].z : low[b].z);
+                sum.hull.emplace_back(model(glm::vec3(k & 1 ? b.high.x : b.low.x, k & 2 ? b.high.y : b.low.y,
+                                                      k & 4 ? b.high.z : b.low.z)));
     }
 
     // A child of an upper node: a cut, opened as long as there is room, the widest first.
@@ -335,7 +359,8 @@ class Builder {
     // Subtrees [first, last) of a cut.
     std::pair<size_t, size_t> subtrees_of(const UpperCut& cut) const {
         const auto at = [&](uint32_t leaf) {
-            return size_t(std::lower_bound(subtree_begin_.begin(), subtree_begin_.end(), leaf) - subtree_begin_.begin());
+            return size_t(std::lower_bound(subtree_begin_.begin(), subtree_begin_.end(), leaf) -
+                          subtree_begin_.begin());
         };
         return {at(cut.begin), at(cut.end)};
     }
@@ -350,7 +375,8 @@ class Builder {
         glm::dvec3 normal(0);
         glm::u64vec3 colour(0);
         for (const Summary& s : summary_) normal += s.normal, colour += s.colour;
-        if (const double length = glm::length(normal); length > 0) root_node_.normal = glm::vec3(normal / length);
+        if (const double length = glm::length(normal); length > 0)
+            root_node_.normal = glm::vec3(normal / length);
         report_.header.root_normal = root_node_.normal;
         if (report_.header.has_colour()) {
             const glm::u64vec3 mean = colour / uint64_t(points_.size());
@@ -377,9 +403,10 @@ class Builder {
         }
     }
 
-    // Codes the children as a group; appends them to `items`.  A subtree's root is coded with its subtree: here it only
-    // gets its place and its parent.
-    void add_upper_group(std::vector<UpperItem>& children, const Node& parent, std::vector<UpperItem>& items) {
+    // Codes the children as a group; appends them to `items`.  A subtree's root is coded with its subtree:
+    // here it only gets its place and its parent.
+    void add_upper_group(std::vector<UpperItem>& children, const Node& parent,
+                         std::vector<UpperItem>& items) {
         CodedTree& upper = model_.upper;
         GroupContent content;
         Lanes<glm::u8vec3> colour;
@@ -419,7 +446,8 @@ class Builder {
         const size_t rows = content.rows();
         content.set_rows(std::max(rows, end - begin));
         const auto centre = glm::vec3(parent.centre);
-        for (size_t row = 0; row < content.rows(); ++row) content.set_point(row, k, hull_[begin + std::min(row, end - begin - 1)] - centre);
+        for (size_t row = 0; row < content.rows(); ++row)
+            content.set_point(row, k, hull_[begin + std::min(row, end - begin - 1)] - centre);
         for (size_t other = 0; other < k; ++other)
             for (size_t row = rows; row < content.rows(); ++row)
                 content.set_point(row, other, {content.x[other], content.y[other], content.z[other]});
@@ -486,7 +514,8 @@ class Builder {
                     it->second.first = glm::min(it->second.first, model(v));
                     it->second.second = glm::max(it->second.second, model(v));
                 }
-        for (const auto& [v, box] : boxes) report_.widest_gap = std::max(report_.widest_gap, glm::length(box.second - box.first));
+        for (const auto& [v, box] : boxes)
+            report_.widest_gap = std::max(report_.widest_gap, glm::length(box.second - box.first));
         report_.boundary_edges /= 2;  // each was noted at both ends
         if (report_.widest_gap > kOpenGap) report_.header.flags |= kOpenSurface;
     }
@@ -519,21 +548,26 @@ class Builder {
 }  // namespace
 
 uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, bool has_colour, bool has_normals) {
-    // Meshes: tree points and leaf numbers, faces twice (input and buckets).  Clouds: positions, tree points and their
-    // spare, the tree of neighbours.  Measured beside it: scripts/bench, "build memory".
-    const uint64_t attributes = (has_colour ? 3 : 0) + (has_normals ? 24 : 0) + (has_colour || has_normals ? 12 : 0);
+    // Meshes: tree points and leaf numbers, faces twice (input and buckets).  Clouds: positions, tree points
+    // and their spare, the tree of neighbours.  Measured beside it: scripts/bench, "build memory".
+    const uint64_t attributes =
+        (has_colour ? 3 : 0) + (has_normals ? 24 : 0) + (has_colour || has_normals ? 12 : 0);
     const uint64_t per_vertex = attributes + (triangles > 0 ? 24 : 120);
     return (uint64_t(48) << 20) + vertices * per_vertex + triangles * 26;
 }
 
-BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out, const std::string& name) {
+BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out,
+                  const std::string& name) {
     BuildReport report;
     if (mesh.positions.empty()) throw core::Error(name + ": has no vertices, so there is nothing to build");
-    report.memory_needed = memory_to_build(mesh.positions.size(), mesh.triangles.size(), !mesh.colours.empty(), !mesh.normals.empty());
+    report.memory_needed = memory_to_build(mesh.positions.size(), mesh.triangles.size(),
+                                           !mesh.colours.empty(), !mesh.normals.empty());
     if (options.memory_limit > 0 && report.memory_needed > options.memory_limit)
-        throw core::Error(core::text("%s: needs about %llu MiB for %zu vertices and %zu triangles, --memory allows %llu MiB", name.c_str(),
-                                     static_cast<unsigned long long>((report.memory_needed >> 20) + 1), mesh.positions.size(),
-                                     mesh.triangles.size(), static_cast<unsigned long long>(options.memory_limit >> 20)));
+        throw core::Error(core::text(
+            "%s: needs about %llu MiB for %zu vertices and %zu triangles, --memory allows %llu MiB",
+            name.c_str(), static_cast<unsigned long long>((report.memory_needed >> 20) + 1),
+            mesh.positions.size(), mesh.triangles.size(),
+            static_cast<unsigned long long>(options.memory_limit >> 20)));
     Builder(std::move(mesh), options, report).run(out);
     report.file_bytes = kHeaderSize + report.header.block_count * report.header.block_size;
     return report;

@@ -22,7 +22,7 @@ struct BuildOptions {
 struct BuildReport {
     Header header;
     uint64_t file_bytes = 0;
-    uint64_t memory_needed = 0;  // estimate, bytes
+    uint64_t memory_needed = 0;                        // estimate, bytes
     std::map<std::string, uint64_t> vertices_dropped;  // "unreferenced"
     uint64_t zero_area_faces = 0;                      // kept for covering, not for normals
     uint64_t boundary_edges = 0;
@@ -34,7 +34,8 @@ struct BuildReport {
 
 // Writes the model to `out` (not committed).  `mesh` is consumed.  `name` is for messages.
 // Throws core::Error: no vertices, memory limit.
-BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out, const std::string& name);
+BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out,
+                  const std::string& name);
 
 // Bytes that build() needs at its peak for so many vertices and triangles, the mesh itself included.
 uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, bool has_colour, bool has_normals);

@@ -8,14 +8,17 @@ namespace splat {
 
 namespace {
 
-constexpr float kRoundUp = 1.0001f;    // over the float rounding of distances
-constexpr float kVague = 0.2f;         // of the radius: a leaf's error above it is worth a second look
-constexpr float kRounding = 1e-5f;     // of the radius: heights beside 0 are differences
+constexpr float kRoundUp = 1.0001f;  // over the float rounding of distances
+constexpr float kVague = 0.2f;       // of the radius: a leaf's error above it is worth a second look
+constexpr float kNear =
+    0.5f;  // of their radii: parts that only graze a node's sphere cost time and say nothing
+constexpr float kRounding = 1e-5f;  // of the radius: heights beside 0 are differences
 
 }  // namespace
 
 void set_error(CodedTree& tree, size_t node, float error) {
-    const uint32_t flatness = tree.shape[node] & 3u, code = encode_error(error, tree.decoded[node].radius, flatness);
+    const uint32_t flatness = tree.shape[node] & 3u,
+                   code = encode_error(error, tree.decoded[node].radius, flatness);
     tree.attitude[node] = uint16_t((tree.attitude[node] & 0x7fffu) | code >> 2 << 15);
     tree.shape[node] = uint8_t(flatness | (code & 3u) << 2);
     tree.decoded[node].error = tree.decoded[node].radius * kErrorOfRadius[flatness][code];
@@ -55,12 +58,13 @@ class ErrorSetter {
         for (size_t node = 0; node < tree_.size(); ++node) {
             const Node& n = tree_.decoded[node];
             const glm::vec3 at(n.centre - surface_.base);
-            spheres_.x[node] = at.x, spheres_.y[node] = at.y, spheres_.z[node] = at.z, spheres_.radius[node] = n.radius;
+            spheres_.x[node] = at.x, spheres_.y[node] = at.y, spheres_.z[node] = at.z,
+            spheres_.radius[node] = n.radius;
         }
     }
 
-    // For each inner node the parts of the nodes of its level whose spheres touch its own, itself first.  These nodes are
-    // found among the parts of its parent's neighbours.
+    // For each inner node the parts of the nodes of its level whose spheres touch its own, itself first.
+    // These nodes are found among the parts of its parent's neighbours.
     void find_neighbours() {
         family_begin_.assign(tree_.size() + 1, 0);
         families_.clear();
@@ -71,7 +75,7 @@ class ErrorSetter {
                 for (uint32_t k = 0; k < own.count; ++k) parent[own.first + k] = node;
                 families_.push_back(own);
                 near.clear();
-                if (node > 0) touching(spheres_, families_of(parent[node]), node, near);
+                if (node > 0) touching(spheres_, families_of(parent[node]), node, 1, near);
                 for (const uint32_t n : near)
                     if (n != node) families_.push_back(parts_of(n));
             }
@@ -79,15 +83,17 @@ class ErrorSetter {
         }
     }
     std::span<const NodeRange> families_of(uint32_t node) const {
-        return std::span(families_).subspan(family_begin_[node], family_begin_[node + 1] - family_begin_[node]);
+        return std::span(families_).subspan(family_begin_[node],
+                                            family_begin_[node + 1] - family_begin_[node]);
     }
 
     // The node's disc reaches over the rim of its surface, where its neighbours' is.
     float inner_error(uint32_t node) {
         const std::span<const NodeRange> families = families_of(node);
         parts_.clear(), near_.clear();
-        for (uint32_t k = 0; k < families[0].count; ++k) parts_.push_back(&tree_.decoded[families[0].first + k]);
-        touching(spheres_, families.subspan(1), node, near_);
+        for (uint32_t k = 0; k < families[0].count; ++k)
+            parts_.push_back(&tree_.decoded[families[0].first + k]);
+        touching(spheres_, families.subspan(1), node, kNear, near_);
         for (const uint32_t n : near_) parts_.push_back(&tree_.decoded[n]);
         return nested_error(tree_.decoded[node], parts_, false) * kRoundUp;
     }
@@ -101,16 +107,18 @@ class ErrorSetter {
             if (is_leaf(node)) continue;
             const NodeRange children = parts_of(node);
             for (uint32_t c = children.first; c < children.first + children.count; ++c)
-                if (is_leaf(c) && tree_.decoded[c].error > kVague * tree_.decoded[c].radius) better.emplace_back(c, error_by_others(c, node));
+                if (is_leaf(c) && tree_.decoded[c].error > kVague * tree_.decoded[c].radius)
+                    better.emplace_back(c, error_by_others(c, node));
         }
-        for (const auto& [leaf, error] : better) tree_.decoded[leaf].error = std::min(tree_.decoded[leaf].error, error);
+        for (const auto& [leaf, error] : better)
+            tree_.decoded[leaf].error = std::min(tree_.decoded[leaf].error, error);
         for (uint32_t node = 0; node < tree_.size(); ++node)
             if (is_leaf(node)) set_error(tree_, node, tree_.decoded[node].error);
     }
 
     float error_by_others(uint32_t leaf, uint32_t parent) {
         parts_.clear(), near_.clear();
-        touching(spheres_, families_of(parent), leaf, near_);
+        touching(spheres_, families_of(parent), leaf, 1, near_);
         for (const uint32_t n : near_)
             if (n != leaf && is_leaf(n)) parts_.push_back(&tree_.decoded[n]);
         return nested_error(tree_.decoded[leaf], parts_, true) * kRoundUp;
@@ -119,7 +127,8 @@ class ErrorSetter {
     float leaf_error(uint32_t i, const Node& node) const {
         const glm::dvec3 centre = node.centre - surface_.base;
         const float to_vertex = float(glm::length(surface_.at[i] - centre) + double(node.radius));
-        const float error = splat::leaf_error(surface_, i, centre, {frame_about(node.normal), node.radius, flatness_code(node)});
+        const float error = splat::leaf_error(surface_, i, centre,
+                                              {frame_about(node.normal), node.radius, flatness_code(node)});
         return std::min((error + kRounding * node.radius) * kRoundUp, to_vertex * kRoundUp);
     }
 

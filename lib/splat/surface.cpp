@@ -19,9 +19,10 @@ namespace {
 struct Faces {
     std::vector<double> p[3], q[3], cross[3];  // cross: p x q
     std::vector<float> normal[3];              // unit; 0 for a face without area
-    // Corners of the share beside 0 and p / 2 (and q / 2, which is another face's p / 2 where the fan is closed).
+    // Corners of the share beside 0 and p / 2 (and q / 2, which is another face's p / 2 where the fan is
+    // closed).
     std::vector<float> first[3], second[3];
-    std::vector<float> corners;                // how many of the two there are
+    std::vector<float> corners;  // how many of the two there are
 
     void resize(size_t n) {
         for (auto* channels : {p, q, cross})
@@ -56,38 +57,50 @@ void ShareOut(Faces& faces, size_t count) {
         hn::StoreU(hn::DemoteTo(df, v.x), df, &a[0][i]), hn::StoreU(hn::DemoteTo(df, v.y), df, &a[1][i]);
         hn::StoreU(hn::DemoteTo(df, v.z), df, &a[2][i]);
     };
-    const auto dot = [](const V3& a, const V3& b) { return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z)); };
+    const auto dot = [](const V3& a, const V3& b) {
+        return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+    };
     const auto sum = [](V s, const V3& a, V t, const V3& b) {
-        return V3{hn::Add(hn::Mul(s, a.x), hn::Mul(t, b.x)), hn::Add(hn::Mul(s, a.y), hn::Mul(t, b.y)), hn::Add(hn::Mul(s, a.z), hn::Mul(t, b.z))};
+        return V3{hn::Add(hn::Mul(s, a.x), hn::Mul(t, b.x)), hn::Add(hn::Mul(s, a.y), hn::Mul(t, b.y)),
+                  hn::Add(hn::Mul(s, a.z), hn::Mul(t, b.z))};
     };
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
     for (size_t i = 0; i < count; i += hn::Lanes(d)) {
         const V3 p = load(faces.p, i), q = load(faces.q, i);
         const V pp = dot(p, p), qq = dot(q, q), pq = dot(p, q);
-        const V at_p = hn::Sub(pp, pq), at_q = hn::Sub(qq, pq);  // cosines of the angles at p and q, times lengths
+        const V at_p = hn::Sub(pp, pq),
+                at_q = hn::Sub(qq, pq);  // cosines of the angles at p and q, times lengths
         const V area2 = hn::Sub(hn::Mul(pp, qq), hn::Mul(pq, pq));
         // Needle and zero-area faces give the whole face.
         const auto is_face = hn::Gt(area2, hn::Mul(hn::Set(d, 1e-18), hn::Mul(pp, qq)));
         const auto obtuse = hn::And(is_face, hn::Le(pq, zero));  // here: two points on the far edge
         const auto sharp = hn::AndNot(obtuse, is_face);
-        const auto obtuse_p = hn::And(sharp, hn::Le(at_p, zero)), obtuse_q = hn::And(sharp, hn::Le(at_q, zero));
+        const auto obtuse_p = hn::And(sharp, hn::Le(at_p, zero)),
+                   obtuse_q = hn::And(sharp, hn::Le(at_q, zero));
         // The circumcentre, then the other cases, as weights of p and q.
-        V s = hn::Div(hn::Mul(qq, at_p), hn::Add(area2, area2)), t = hn::Div(hn::Mul(pp, at_q), hn::Add(area2, area2));
+        V s = hn::Div(hn::Mul(qq, at_p), hn::Add(area2, area2)),
+          t = hn::Div(hn::Mul(pp, at_q), hn::Add(area2, area2));
         const V beyond_p = hn::Div(hn::Mul(half, pp), at_p), beyond_q = hn::Div(hn::Mul(half, qq), at_q);
         s = hn::IfThenElse(obtuse, hn::Sub(one, beyond_p), s), t = hn::IfThenElse(obtuse, beyond_p, t);
         s = hn::IfThenZeroElse(obtuse_p, s), t = hn::IfThenElse(obtuse_p, hn::Div(hn::Mul(half, pp), pq), t);
         s = hn::IfThenElse(is_face, s, one), t = hn::IfThenElseZero(is_face, t);
         store(sum(s, p, t, q), faces.first, i);
-        store(sum(hn::IfThenElseZero(obtuse, beyond_q), p, hn::IfThenElse(obtuse, hn::Sub(one, beyond_q), one), q), faces.second, i);
-        const V corners = hn::IfThenZeroElse(obtuse_q, hn::IfThenElse(hn::AndNot(obtuse, is_face), one, hn::Add(one, one)));
+        store(sum(hn::IfThenElseZero(obtuse, beyond_q), p,
+                  hn::IfThenElse(obtuse, hn::Sub(one, beyond_q), one), q),
+              faces.second, i);
+        const V corners =
+            hn::IfThenZeroElse(obtuse_q, hn::IfThenElse(hn::AndNot(obtuse, is_face), one, hn::Add(one, one)));
         hn::StoreU(hn::DemoteTo(df, corners), df, &faces.corners[i]);
-        const V3 cross{hn::Sub(hn::Mul(p.y, q.z), hn::Mul(p.z, q.y)), hn::Sub(hn::Mul(p.z, q.x), hn::Mul(p.x, q.z)),
+        const V3 cross{hn::Sub(hn::Mul(p.y, q.z), hn::Mul(p.z, q.y)),
+                       hn::Sub(hn::Mul(p.z, q.x), hn::Mul(p.x, q.z)),
                        hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x))};
-        hn::StoreU(cross.x, d, &faces.cross[0][i]), hn::StoreU(cross.y, d, &faces.cross[1][i]), hn::StoreU(cross.z, d, &faces.cross[2][i]);
+        hn::StoreU(cross.x, d, &faces.cross[0][i]), hn::StoreU(cross.y, d, &faces.cross[1][i]),
+            hn::StoreU(cross.z, d, &faces.cross[2][i]);
         const V length = hn::Sqrt(dot(cross, cross));
         const auto has_area = hn::Gt(length, hn::Add(hn::Mul(hn::Set(d, 1e-12), pp), hn::Set(d, 1e-290)));
         const V inverse = hn::IfThenElseZero(has_area, hn::Div(one, length));
-        store(V3{hn::Mul(cross.x, inverse), hn::Mul(cross.y, inverse), hn::Mul(cross.z, inverse)}, faces.normal, i);
+        store(V3{hn::Mul(cross.x, inverse), hn::Mul(cross.y, inverse), hn::Mul(cross.z, inverse)},
+              faces.normal, i);
     }
 }
 
@@ -121,7 +134,8 @@ class Gatherer {
   private:
     void number_corners() {
         out_.at.reserve(out_.count + out_.count / 4), out_.leaf.reserve(out_.count + out_.count / 4);
-        for (uint32_t i = 0; i < out_.count; ++i) out_.at.push_back(in_.model(in_.begin + i) - base_), out_.leaf.push_back(in_.begin + i);
+        for (uint32_t i = 0; i < out_.count; ++i)
+            out_.at.push_back(in_.model(in_.begin + i) - base_), out_.leaf.push_back(in_.begin + i);
         corners_.resize(in_.faces.size());
         for (size_t f = 0; f < corners_.size(); ++f)
             for (int k = 0; k < 3; ++k) corners_[f][k] = number_of(in_.faces[f][k]);
@@ -130,9 +144,11 @@ class Gatherer {
     // Open addressing: strangers are few, and looked up often.
     uint32_t number_of(uint32_t leaf) {
         if (leaf - in_.begin < out_.count) return leaf - in_.begin;  // wraps where it is below begin
-        if (2 * (out_.at.size() - out_.count) >= strangers_.size()) rehash(std::max<size_t>(256, 2 * strangers_.size()));
+        if (2 * (out_.at.size() - out_.count) >= strangers_.size())
+            rehash(std::max<size_t>(256, 2 * strangers_.size()));
         size_t slot = mix(leaf) >> 32 & (strangers_.size() - 1);
-        while (strangers_[slot] != 0 && out_.leaf[strangers_[slot]] != leaf) slot = (slot + 1) & (strangers_.size() - 1);
+        while (strangers_[slot] != 0 && out_.leaf[strangers_[slot]] != leaf)
+            slot = (slot + 1) & (strangers_.size() - 1);
         if (strangers_[slot] == 0) {
             strangers_[slot] = uint32_t(out_.at.size());  // never 0: number 0 is a leaf of ours
             out_.at.push_back(in_.model(leaf) - base_), out_.leaf.push_back(leaf);
@@ -160,12 +176,12 @@ class Gatherer {
         out_.fan.resize(out_.fan_begin.back() + kSpare);
         std::vector<uint32_t> to(out_.fan_begin.begin(), out_.fan_begin.end() - 1);
         for (const glm::u32vec3& c : corners_)
-            for (int k = 0; k < 3; ++k)
-                out_.fan[to[c[k]]++] = {c[(k + 1) % 3], c[(k + 2) % 3]};
+            for (int k = 0; k < 3; ++k) out_.fan[to[c[k]]++] = {c[(k + 1) % 3], c[(k + 2) % 3]};
         out_.is_closed.resize(out_.count);
         for (uint32_t i = 0; i < out_.count; ++i) {
             uint64_t out = 0, in = 0;  // sums of hashes: equal where each edge is left as often as entered
-            for (uint32_t k = out_.fan_begin[i]; k < out_.fan_begin[i + 1]; ++k) out += mix(out_.fan[k].x), in += mix(out_.fan[k].y);
+            for (uint32_t k = out_.fan_begin[i]; k < out_.fan_begin[i + 1]; ++k)
+                out += mix(out_.fan[k].x), in += mix(out_.fan[k].y);
             out_.is_closed[i] = out == in && out_.valence(i) > 0;
         }
     }
@@ -177,7 +193,8 @@ class Gatherer {
         out_.corners.resize(in_.cloud_radii.empty() ? out_.count + 4 * faces : out_.count * (kDisc + 1));
         out_.face_normals.resize(faces + 2 * size_t(out_.count));
         out_.corner_begin.assign(1, 0), out_.normal_begin.assign(1, 0);
-        out_.corner_begin.reserve(out_.count + 1), out_.normal_begin.reserve(out_.count + 1), out_.normal.reserve(out_.count);
+        out_.corner_begin.reserve(out_.count + 1), out_.normal_begin.reserve(out_.count + 1),
+            out_.normal.reserve(out_.count);
         out_.colour_sum.assign(1, glm::u64vec3(0)), out_.colour_sum.reserve(out_.count + 1);
     }
 
@@ -185,13 +202,17 @@ class Gatherer {
     uint32_t gather_leaves(uint32_t begin) {
         constexpr uint32_t kEnough = 256;
         uint32_t end = begin + 1;
-        while (end < out_.count && out_.fan_begin[end] - out_.fan_begin[begin] < kEnough && end - begin < kEnough) ++end;
+        while (end < out_.count && out_.fan_begin[end] - out_.fan_begin[begin] < kEnough &&
+               end - begin < kEnough)
+            ++end;
         const uint32_t first = out_.fan_begin[begin], count = out_.fan_begin[end] - first;
         faces_.resize(count + kSpare);
         for (uint32_t i = begin; i < end; ++i)
             for (uint32_t k = out_.fan_begin[i]; k < out_.fan_begin[i + 1]; ++k) {
-                const glm::dvec3 p = out_.at[out_.fan[k].x] - out_.at[i], q = out_.at[out_.fan[k].y] - out_.at[i];
-                for (int axis = 0; axis < 3; ++axis) faces_.p[axis][k - first] = p[axis], faces_.q[axis][k - first] = q[axis];
+                const glm::dvec3 p = out_.at[out_.fan[k].x] - out_.at[i],
+                                 q = out_.at[out_.fan[k].y] - out_.at[i];
+                for (int axis = 0; axis < 3; ++axis)
+                    faces_.p[axis][k - first] = p[axis], faces_.q[axis][k - first] = q[axis];
                 out_.fan_p.set(k, glm::vec3(p)), out_.fan_q.set(k, glm::vec3(q));
             }
         HWY_DYNAMIC_DISPATCH(ShareOut)(faces_, count);
@@ -214,7 +235,8 @@ class Gatherer {
         if (normal_at_ == out_.normal_begin.back()) add_normal(unit_or(normal, {0, 0, 1}));
         out_.corner_begin.push_back(corner_at_), out_.normal_begin.push_back(normal_at_);
         out_.normal.push_back(normal);
-        out_.colour_sum.push_back(out_.colour_sum.back() + glm::u64vec3(in_.colours.empty() ? glm::u8vec3(0) : in_.colours[vertex]));
+        out_.colour_sum.push_back(out_.colour_sum.back() +
+                                  glm::u64vec3(in_.colours.empty() ? glm::u8vec3(0) : in_.colours[vertex]));
     }
 
     void add_corner(const glm::vec3& p) { out_.corners.set(corner_at_++, p); }
@@ -225,7 +247,8 @@ class Gatherer {
         glm::dvec3 sum(0);
         add_corner(glm::vec3(0));
         const auto get = [](const auto* channels, size_t k) {
-            return glm::vec<3, std::decay_t<decltype(channels[0][0])>>(channels[0][k], channels[1][k], channels[2][k]);
+            return glm::vec<3, std::decay_t<decltype(channels[0][0])>>(channels[0][k], channels[1][k],
+                                                                       channels[2][k]);
         };
         for (uint32_t face = out_.fan_begin[i]; face < out_.fan_begin[i + 1]; ++face) {
             const size_t k = face - first_face;
@@ -257,7 +280,9 @@ class Gatherer {
         const Frame frame = frame_about(n);
         for (int k = 0; k < 8; ++k) {
             const double phi = k * 0.78539816339744831;
-            add_corner(glm::vec3(radius / 0.92387953251128674 * (std::cos(phi) * glm::dvec3(frame.t1) + std::sin(phi) * glm::dvec3(frame.t2))));
+            add_corner(
+                glm::vec3(radius / 0.92387953251128674 *
+                          (std::cos(phi) * glm::dvec3(frame.t1) + std::sin(phi) * glm::dvec3(frame.t2))));
         }
         return glm::dvec3(n) * (radius * radius);
     }
@@ -273,7 +298,9 @@ class Gatherer {
 
 }  // namespace
 
-Surface gather_surface(const SubtreeInput& input) { return Gatherer(input).run(); }
+Surface gather_surface(const SubtreeInput& input) {
+    return Gatherer(input).run();
+}
 
 glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& otherwise) {
     const double length = glm::length(v);

@@ -1,7 +1,8 @@
 // The surface about the leaves of a subtree, leaf by leaf: faces, shares, normals and colours.
 //
-// The share of a face that belongs to one of its corners is the part nearer to it than to the other two.  Shares are
-// convex, so an ellipsoid that holds the corners of a share holds the share; the shares of all leaves cover the surface.
+// The share of a face that belongs to one of its corners is the part nearer to it than to the other two.
+// Shares are convex, so an ellipsoid that holds the corners of a share holds the share; the shares of all
+// leaves cover the surface.
 #pragma once
 
 #include <cstdint>
@@ -16,42 +17,44 @@ namespace splat {
 
 // One subtree of a mesh or cloud.  Model units.
 struct SubtreeInput {
-    uint32_t begin = 0, end = 0;                     // leaves, in tree order
-    std::span<const TreePoint> points;               // all of the model's
-    std::span<const glm::u32vec3> faces;             // those that touch the subtree, and more about them, as leaf numbers
-    glm::dvec3 offset{0};                            // model = (position + offset) * inverse_scale
+    uint32_t begin = 0, end = 0;        // leaves, in tree order
+    std::span<const TreePoint> points;  // all of the model's
+    std::span<const glm::u32vec3>
+        faces;             // those that touch the subtree, and more about them, as leaf numbers
+    glm::dvec3 offset{0};  // model = (position + offset) * inverse_scale
     double inverse_scale = 1;
-    std::span<const glm::vec3> normals;              // by input vertex, or empty
-    std::span<const glm::u8vec3> colours;            // by input vertex, or empty
-    std::span<const float> cloud_radii;              // by input vertex, world units, for bare points
+    std::span<const glm::vec3> normals;    // by input vertex, or empty
+    std::span<const glm::u8vec3> colours;  // by input vertex, or empty
+    std::span<const float> cloud_radii;    // by input vertex, world units, for bare points
 
     glm::dvec3 model(uint32_t leaf) const {
         return (glm::dvec3(points[leaf].position) + offset) * inverse_scale;
     }
 };
 
-// Leaves are numbered from 0, in tree order.  What is relative to a leaf is precise however small its faces are beside
-// the subtree.
+// Leaves are numbered from 0, in tree order.  What is relative to a leaf is precise however small its faces
+// are beside the subtree.
 struct Surface {
     uint32_t count = 0;
-    glm::dvec3 base{0};                      // the first leaf, model units
+    glm::dvec3 base{0};  // the first leaf, model units
     // Corners of the faces, relative to base: the leaves, then the corners that are leaves of other subtrees.
     std::vector<glm::dvec3> at;
-    std::vector<uint32_t> leaf;              // which leaf of the model each is
-    // Faces about each corner, as far as they are known: the numbers of the other two corners p and q, in the face's
-    // sense; about each leaf also where these are from it.  Behind the last face there is room for kSpare more.
-    std::vector<uint32_t> fan_begin;         // by corner, and the end
+    std::vector<uint32_t> leaf;  // which leaf of the model each is
+    // Faces about each corner, as far as they are known: the numbers of the other two corners p and q, in the
+    // face's sense; about each leaf also where these are from it.  Behind the last face there is room for
+    // kSpare more.
+    std::vector<uint32_t> fan_begin;  // by corner, and the end
     std::vector<glm::u32vec2> fan;
     PointArrays fan_p, fan_q;
-    std::vector<uint8_t> is_closed;          // by leaf: do the faces go round it?
+    std::vector<uint8_t> is_closed;  // by leaf: do the faces go round it?
     // What an ellipsoid must hold to cover the leaf's shares, relative to the leaf.
     std::vector<uint32_t> corner_begin;
     PointArrays corners;
     // Unit normals of the faces (and of the vertex, where it has one); at least one a leaf.
     std::vector<uint32_t> normal_begin;
     PointArrays face_normals;
-    std::vector<glm::dvec3> normal;          // sums weighted by area
-    std::vector<glm::u64vec3> colour_sum;    // of all leaves before
+    std::vector<glm::dvec3> normal;        // sums weighted by area
+    std::vector<glm::u64vec3> colour_sum;  // of all leaves before
 
     uint32_t valence(uint32_t i) const { return fan_begin[i + 1] - fan_begin[i]; }
 };

@@ -30,12 +30,13 @@ int longest_axis(const Box& box) {
     return side.y >= side.z ? 1 : 2;
 }
 
-// What is below it is below the true middle: the least float that is not less.  So the same shape is cut alike wherever
-// it stands.
+// What is below it is below the true middle: the least float that is not less.  So the same shape is cut
+// alike wherever it stands.
 float middle_of(const Box& box, int axis) {
     const double middle = 0.5 * double(box.low[axis]) + 0.5 * double(box.high[axis]);
     const auto nearest = float(middle);
-    return double(nearest) < middle ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
+    return double(nearest) < middle ? std::nextafter(nearest, std::numeric_limits<float>::infinity())
+                                    : nearest;
 }
 
 // Where equal coordinates meet, the vertex number decides: the order depends on nothing else.
@@ -64,10 +65,33 @@ size_t partition(std::span<TreePoint> points, int axis, float middle, std::span<
     return left;
 }
 
-// Puts the `wanted` points that come first along an axis in front.  The first cut is tried at `at`, the next where they
-// would be if the points were spread evenly over the rest of the box.
-void select(std::span<TreePoint> points, size_t wanted, int axis, float at, const Box& box, std::span<TreePoint> spare) {
-    constexpr size_t kFew = 32;
+// Puts the `wanted` of a few points that come first along an axis in front: by how many come before each.
+constexpr size_t kFew = 32;
+void select_few(std::span<TreePoint> points, size_t wanted, int axis) {
+    alignas(64) float at[kFew];
+    alignas(64) uint32_t vertex[kFew], before[kFew] = {};
+    // Those that are not there come after all.
+    std::fill(at, at + kFew, std::numeric_limits<float>::infinity()), std::fill(vertex, vertex + kFew, ~0u);
+    for (size_t i = 0; i < points.size(); ++i) at[i] = points[i].position[axis], vertex[i] = points[i].vertex;
+    for (size_t j = 0; j < points.size(); ++j)
+        for (size_t i = 0; i < kFew; ++i)
+            before[i] +=
+                uint32_t(at[j] < at[i]) | (uint32_t(at[j] == at[i]) & uint32_t(vertex[j] < vertex[i]));
+    TreePoint moved[kFew];
+    size_t left = 0, right = 0;
+    for (size_t i = 0; i < points.size(); ++i) {
+        const TreePoint p = points[i];
+        points[left] = p, moved[right] = p;  // left never overtakes the reader
+        left += before[i] < wanted;
+        right += before[i] >= wanted;
+    }
+    std::copy_n(moved, right, points.begin() + ptrdiff_t(left));
+}
+
+// Puts the `wanted` points that come first along an axis in front.  The first cut is tried at `at`, the next
+// where they would be if the points were spread evenly over the rest of the box.
+void select(std::span<TreePoint> points, size_t wanted, int axis, float at, const Box& box,
+            std::span<TreePoint> spare) {
     constexpr int kTries = 8;
     float low = box.low[axis], high = box.high[axis];
     size_t skipped = 0;
@@ -81,7 +105,9 @@ void select(std::span<TreePoint> points, size_t wanted, int axis, float at, cons
         at = low + (high - low) * ((float(wanted - skipped) + 0.5f) / float(points.size() + 1));
         if (!(at > low && at < high)) break;
     }
-    std::nth_element(points.begin(), points.begin() + ptrdiff_t(wanted - skipped), points.end(), Before{axis});
+    if (points.size() <= kFew) return select_few(points, wanted - skipped, axis);
+    std::nth_element(points.begin(), points.begin() + ptrdiff_t(wanted - skipped), points.end(),
+                     Before{axis});
 }
 
 // Sorts a subtree: cuts at multiples of `quantum`, down to the leaves.
@@ -107,7 +133,8 @@ void sort_upper(UpperCut& node, std::span<TreePoint> all, std::span<TreePoint> s
     const Box box = box_of(points);
     node.low = box.low, node.high = box.high;
     if (node.size() <= kSubtreeLeaves) {
-        if (node.size() > 1) sort_groups(points, child_leaves(node.size()), spare.subspan(node.begin, node.size()));
+        if (node.size() > 1)
+            sort_groups(points, child_leaves(node.size()), spare.subspan(node.begin, node.size()));
         return;
     }
     const int axis = longest_axis(box);
@@ -123,7 +150,8 @@ void sort_upper(UpperCut& node, std::span<TreePoint> all, std::span<TreePoint> s
     node.left->end = node.right->begin = node.begin + uint32_t(left);
     node.right->end = node.end;
     if (node.size() > 16 * kSubtreeLeaves)
-        core::parallel_for(2, [&](size_t side) { sort_upper(side == 0 ? *node.left : *node.right, all, spare); });
+        core::parallel_for(
+            2, [&](size_t side) { sort_upper(side == 0 ? *node.left : *node.right, all, spare); });
     else
         sort_upper(*node.left, all, spare), sort_upper(*node.right, all, spare);
 }

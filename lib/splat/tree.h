@@ -15,7 +15,8 @@
 
 namespace splat {
 
-constexpr uint32_t kSubtreeLeaves = 16807;  // 7^5: errors are found over neighbours within a subtree; 7^4 takes 1.4 times the splats
+constexpr uint32_t kSubtreeLeaves =
+    16807;  // 7^5: errors are found over neighbours within a subtree; 7^4 takes 1.4 times the splats
 
 // A leaf's place and which input vertex it is.
 struct TreePoint {

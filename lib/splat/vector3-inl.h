@@ -1,5 +1,5 @@
-// Three vectors as the coordinates of points, a lane a point.  Included once for each SIMD target, by sources that use
-// Highway's foreach_target.h.
+// Three vectors as the coordinates of points, a lane a point.  Included once for each SIMD target, by sources
+// that use Highway's foreach_target.h.
 #if defined(QS_SPLAT_VECTOR3_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef QS_SPLAT_VECTOR3_INL_H
 #undef QS_SPLAT_VECTOR3_INL_H
