@@ -13,29 +13,23 @@
 
 #include <memory>
 
-#include "geom/camera.h"
 #include "mesh/mesh.h"
-#include "render/frame.h"
+#include "render/backend.h"
 
 namespace render {
 
-// Draws `mesh` (which lives longer).  Normals: the mesh's own; where it has none (or a zero one)
-// area-weighted vertex normals.  Normals and colours are interpolated perspective-correctly, and the
-// interpolated normal is used as it is; both sides of a triangle are drawn.  Shade::level means nothing for a
-// triangle and is drawn as lit grey.  Of surfaces at the same depth the one with the lower triangle index
-// shows.  A cloud draws nothing.
+// Draws `mesh` (which lives longer).  Of surfaces at the same depth the one with the lower triangle index
+// shows.
 //
 // Depths are view z, always finite where a pixel is covered; a depth beyond float is the largest float.
-// Points that are not between the view's near and far are not drawn, so that what is behind them shows;
-// without near the eye's plane is the near plane.  Parallel; the same frame for any number of threads; one
-// draw() at a time.  The frame is resized to the view.
+// Parallel; the same frame for any number of threads; one draw() at a time.
 // Exact while the magnitudes of the coordinates (from the eye) differ by less than 1e60 in one scene.
 // Memory: 40 bytes a vertex (52 where normals are computed) and 12 a triangle in view, kept between frames.
-class MeshRaster {
+class MeshRaster final : public MeshPainter {
   public:
     explicit MeshRaster(const mesh::Mesh& mesh);
-    ~MeshRaster();
-    void draw(const geom::View& view, Shade shade, glm::u8vec3 background, Frame& frame);
+    ~MeshRaster() override;
+    void draw(const geom::View& view, Shade shade, glm::u8vec3 background, Frame& frame) override;
 
   private:
     struct State;

@@ -17,49 +17,30 @@
 // Lengths in view space from 1e-30 to 1e30 are safe; no input gives NaN or undefined behaviour.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 
-#include "geom/camera.h"
-#include "geom/splat_batch.h"
-#include "render/frame.h"
+#include "render/backend.h"
 
 namespace render {
 
-using geom::SplatBatch;
-
-// has_colour: the batches' colours are the material, else 0.9 grey.
-struct SplatterOptions {
-    SplatKind kind = SplatKind::smooth;
-    Shade shade = Shade::lit;
-    bool has_colour = false;
-    glm::u8vec3 background{0, 0, 0};
-    double depth_unit = 1;  // world units in a unit of the splats: depths of the frame are in world units
-};
-
-class Splatter {
+class Splatter final : public SplatPainter {
   public:
     Splatter();
-    ~Splatter();
+    ~Splatter() override;
 
-    // Starts a frame of at most 65535 x 65535 pixels.  `task_count`: how many tasks may call add(), numbered
-    // from 0.  Memory of earlier frames is reused: once warm, a frame like the last one allocates nothing.
-    void begin(const geom::View& view, const SplatterOptions& options, size_t task_count);
+    // Once warm, a frame like the last one allocates nothing.
+    void begin(const geom::View& view, const SplatterOptions& options, size_t task_count) override;
 
-    // Adds a batch of one task; different tasks may be added from different threads at once, one task's
-    // batches by one thread in their order.  A splat that reaches to the eye's plane (z = 0) covers exactly
-    // the pixels whose rays meet it before the eye, at some 1 ms a screen; one that contains the eye covers
-    // the whole picture, at the depth where the rays leave it.  Both give way to other splats within R of
-    // depth. Left out: what is wholly behind the eye, squares and circles with their centre behind it, and of
-    // every splat the pixels where its depth is not between the view's near and far (to within 1e-6 of it).
-    void add(size_t task, const SplatBatch& batch);
+    // A splat that reaches to the eye's plane (z = 0) covers exactly the pixels whose rays meet it before the
+    // eye, at some 1 ms a screen; one that contains the eye covers the whole picture, at the depth where the
+    // rays leave it.  Both give way to other splats within R of depth.  Left out: what is wholly behind the
+    // eye, squares and circles with their centre behind it, and of every splat the pixels where its depth is
+    // not between the view's near and far (to within 1e-6 of it).
+    void add(size_t task, const SplatBatch& batch) override;
+    void end_task(size_t task) override;
 
-    // Call after the last add() of a task that had any.
-    void end_task(size_t task);
-
-    // Sets up, draws and shades all tiles in parallel.  `frame` becomes the view's size and is written in
-    // full.
-    void finish(Frame& frame);
+    // Sets up, draws and shades all tiles in parallel.
+    void finish(Frame& frame) override;
 
   private:
     struct State;

@@ -1,6 +1,8 @@
 // Drawing a model: its cut for a view, splatted into a frame.
 #pragma once
 
+#include <memory>
+
 #include "geom/camera.h"
 #include "render/frame.h"
 #include "render/splatter.h"
@@ -19,21 +21,23 @@ struct DrawOptions {
 // What a frame cost.
 struct DrawReport {
     splat::CutCounts counts;  // error_bound_px: infinity for squares and circles, which leave the ellipsoids
-    double traverse_ms = 0;   // cut, and sorting into tiles
-    double draw_ms = 0;       // tiles: set-up, drawing and shading
+    double traverse_ms = 0;   // cut, and handing its splats to the painter
+    double draw_ms = 0;       // set-up, drawing and shading
 };
 
 // Draws one model again and again; buffers are kept from frame to frame.
 class ModelPainter {
   public:
-    explicit ModelPainter(const splat::Model& model);  // which lives longer
+    // `model` lives longer.  `painter`: of the back end that is to draw; not null.
+    explicit ModelPainter(const splat::Model& model, std::unique_ptr<render::SplatPainter> painter =
+                                                         std::make_unique<render::Splatter>());
     // Depths are in world units.
     DrawReport draw(const geom::View& view, const DrawOptions& options, render::Frame& frame);
 
   private:
     const splat::Model& model_;
     splat::Cut cut_;
-    render::Splatter splatter_;
+    std::unique_ptr<render::SplatPainter> painter_;
 };
 
 }  // namespace scene

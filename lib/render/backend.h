@@ -1,0 +1,60 @@
+// What a back end is: something that draws the splats of a cut, or a mesh, into a frame.  Splatter and
+// MeshRaster are those of the CPU, and say to the pixel what is to be seen; others come as near to it as they
+// can.
+#pragma once
+
+#include <cstddef>
+
+#include "geom/camera.h"
+#include "geom/splat_batch.h"
+#include "render/frame.h"
+
+namespace render {
+
+using geom::SplatBatch;
+
+// has_colour: the batches' colours are the material, else 0.9 grey.
+struct SplatterOptions {
+    SplatKind kind = SplatKind::smooth;
+    Shade shade = Shade::lit;
+    bool has_colour = false;
+    glm::u8vec3 background{0, 0, 0};
+    double depth_unit = 1;  // world units in a unit of the splats: depths of the frame are in world units
+};
+
+// Draws splats, frame after frame:  begin(), then for each task any number of add() and one end_task(), then
+// finish().
+class SplatPainter {
+  public:
+    virtual ~SplatPainter() = default;
+
+    // Starts a frame of at most 65535 x 65535 pixels.  `task_count`: how many tasks may call add(), numbered
+    // from 0.  Memory of earlier frames is reused.
+    virtual void begin(const geom::View& view, const SplatterOptions& options, size_t task_count) = 0;
+
+    // Adds a batch of one task; different tasks may be added from different threads at once, one task's
+    // batches by one thread in their order.
+    virtual void add(size_t task, const SplatBatch& batch) = 0;
+
+    // Call after the last add() of a task that had any.
+    virtual void end_task(size_t task) = 0;
+
+    // Draws what was added.  `frame` becomes the view's size and is written in full.
+    virtual void finish(Frame& frame) = 0;
+};
+
+// Draws one mesh again and again.
+class MeshPainter {
+  public:
+    virtual ~MeshPainter() = default;
+
+    // Normals: the mesh's own; where it has none (or a zero one) area-weighted vertex normals.  Normals and
+    // colours are interpolated perspective-correctly, and the interpolated normal is used as it is; both
+    // sides of a triangle are drawn.  Shade::level means nothing for a triangle and is drawn as lit grey.  A
+    // cloud draws nothing.  Points that are not between the view's near and far are not drawn, so that what
+    // is behind them shows; without near the eye's plane is the near plane.  The frame is resized to the
+    // view.
+    virtual void draw(const geom::View& view, Shade shade, glm::u8vec3 background, Frame& frame) = 0;
+};
+
+}  // namespace render
