@@ -213,6 +213,23 @@ View make_view(const Camera& camera, int width, int height) {
     return view;
 }
 
+View part_of(const View& view, int left, int top, int width, int height) {
+    View part = view;
+    part.width = width, part.height = height;
+    part.margins = {left, top, view.picture_width() - left - width, view.picture_height() - top - height};
+    return part;
+}
+
+View subdivided(const View& view, int across) {
+    View fine = view;
+    fine.width *= across, fine.height *= across;
+    fine.focal_px *= across;
+    fine.shift_px *= across;
+    for (int* margin : {&fine.margins.left, &fine.margins.top, &fine.margins.right, &fine.margins.bottom})
+        *margin *= across;
+    return fine;
+}
+
 Camera parse_camera(std::string_view line, const std::string& where) {
     try {
         return read_camera(line, 0);

@@ -1,9 +1,10 @@
 // Cameras, the view they make on a raster, and camera paths.
 //
 // View space: origin at the eye, x to the right, y DOWN, z forward (depth, positive before the
-// eye), world units.  A point projects to pixel coordinates
-//     px = width/2  + focal_px * x / z,     py = height/2 + focal_px * y / z;
+// eye), world units.  A point projects to coordinates in the picture
+//     px = principal().x + focal_px * x / z,     py = principal().y + focal_px * y / z;
 // pixel (i, j) is the unit square from (i, j), its centre at (i + 0.5, j + 0.5), row 0 on top.
+// What is drawn, the raster, is the whole picture or a rectangle of it.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -28,13 +29,34 @@ struct Camera {
     std::optional<double> near{}, far{};  // depths between which something is drawn; absent: no limit
 };
 
+// Pixels of a picture to the left of, above, to the right of and below a raster that is a part of it.
+struct Margins {
+    int left = 0, top = 0, right = 0, bottom = 0;
+};
+
 // A camera on a raster of width x height pixels.
+//
+// Whoever draws a view counts pixels in the picture and not in the raster, and decides nothing else by where
+// the raster ends: then the pixels of a part are those of the whole, bit for bit.
 struct View {
     int width = 0, height = 0;
     double focal_px = 0;
     glm::dvec3 eye{0};
     glm::dvec3 right{1, 0, 0}, down{0, 1, 0}, forward{0, 0, 1};  // orthonormal, world space
     std::optional<double> near{}, far{};                         // as in Camera
+    Margins margins{};
+    glm::dvec2 shift_px{0};  // of the line of sight from the middle of the picture: a frustum off its axis
+
+    int picture_width() const { return margins.left + width + margins.right; }
+    int picture_height() const { return margins.top + height + margins.bottom; }
+    // Where the line of sight meets the picture.
+    glm::dvec2 principal() const {
+        return {0.5 * picture_width() + shift_px.x, 0.5 * picture_height() + shift_px.y};
+    }
+    // The same in the raster, from its first pixel's corner.
+    glm::dvec2 principal_in_raster() const {
+        return {principal().x - margins.left, principal().y - margins.top};
+    }
 
     glm::dvec3 view_from_world(const glm::dvec3& p) const {
         const glm::dvec3 d = p - eye;
@@ -51,6 +73,13 @@ void check(const Camera& camera);
 // sight (or zero) another axis is taken: the one least aligned with it.  Holds for lengths from 1e-150
 // to 1e150: right, down and forward are orthonormal within 1e-15.
 View make_view(const Camera& camera, int width, int height);
+
+// The view of `width` x `height` pixels of another's picture, the first of which is (left, top).  The
+// rectangle lies in the picture.
+View part_of(const View& view, int left, int top, int width, int height);
+
+// The same picture with each pixel cut into across x across.
+View subdivided(const View& view, int across);
 
 // Paths as text, the format of camera-path(5): JSON Lines, one camera a line,
 //     {"eye":[x,y,z],"target":[x,y,z],"up":[x,y,z],"fovy":degrees,"t":seconds}

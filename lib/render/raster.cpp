@@ -52,12 +52,13 @@ PixelBox intersect(const PixelBox& a, const PixelBox& b) {
             std::min(a.last_y, b.last_y)};
 }
 
-// The frame's raster and what follows from its size.
+// The frame's raster and what follows from its size and its place in the picture.
 struct Raster {
     int width, height;
     int tiles_x, tiles_y;
-    double half_width, half_height;
-    double reach;  // no pixel centre has |X| or |Y| above it
+    int left, top;         // first pixel
+    glm::dvec2 principal;  // where X and Y are 0
+    double reach;          // no pixel centre has |X| or |Y| above it
     double slack;  // pixels by which a projection may be off inside the frame, generously
     double near, far;  // depths, in the frame's scale, between which something is drawn
 
@@ -66,9 +67,11 @@ struct Raster {
           height(view.height),
           tiles_x((width + kTile - 1) / kTile),
           tiles_y((height + kTile - 1) / kTile),
-          half_width(0.5 * width),
-          half_height(0.5 * height),
-          reach(std::max(half_width, half_height)),
+          left(view.margins.left),
+          top(view.margins.top),
+          principal(view.principal()),
+          reach(std::max(std::max(std::abs(side_x(-1)), std::abs(side_x(1))),
+                         std::max(std::abs(side_y(-1)), std::abs(side_y(1))))),
           slack(reach * 0x1p-40),
           near(view.near.value_or(0) * scale),
           far(view.far.value_or(std::numeric_limits<double>::infinity()) * scale) {}
@@ -77,8 +80,11 @@ struct Raster {
     PixelBox tile(int tx, int ty) const {
         return intersect({tx * kTile, ty * kTile, tx * kTile + kTile - 1, ty * kTile + kTile - 1}, all());
     }
-    double centre_x(int i) const { return i + 0.5 - half_width; }
-    double centre_y(int j) const { return j + 0.5 - half_height; }
+    // X and Y of pixel centres, and of the raster's left (-1) or right (1), upper or lower side.
+    double centre_x(int i) const { return left + i + 0.5 - principal.x; }
+    double centre_y(int j) const { return top + j + 0.5 - principal.y; }
+    double side_x(double sign) const { return left + (sign > 0 ? width : 0) - principal.x; }
+    double side_y(double sign) const { return top + (sign > 0 ? height : 0) - principal.y; }
 };
 
 // The first of `count` pixels along an axis whose centre is at or after `place` (pixels from the edge of the
@@ -99,15 +105,16 @@ int32_t last_before(double place, int count) {
 Span span_of(const Raster& raster, const Ray& ray) {
     if (!(ray.z > 0)) return {kBehind, 0, 0, 0};
     const double inverse = 1 / ray.z;
-    const double x = ray.x * inverse + raster.half_width, y = ray.y * inverse + raster.half_height;
+    const double x = ray.x * inverse - raster.side_x(-1), y = ray.y * inverse - raster.side_y(-1);
     return {first_after(x - raster.slack, raster.width), first_after(y - raster.slack, raster.height),
             ~last_before(x + raster.slack, raster.width), ~last_before(y + raster.slack, raster.height)};
 }
 
-// True if v lies outside the side of the view pyramid where sign * coordinate = half * z, beyond doubt.
-bool beyond(double coordinate, double z, double half, double sign) {
-    const double margin = kRounding * (std::abs(coordinate) + half * std::abs(z));
-    return sign * coordinate - half * z > margin;
+// True if v lies outside the side of the view pyramid where sign * (coordinate - place * z) = 0, beyond
+// doubt.
+bool beyond(double coordinate, double z, double place, double sign) {
+    const double margin = kRounding * (std::abs(coordinate) + std::abs(place * z));
+    return sign * (coordinate - place * z) > margin;
 }
 
 // The pixels that a triangle reaching behind the eye may cover: none, where one side of the view pyramid
@@ -116,7 +123,7 @@ PixelBox box_across_eye(const Raster& raster, const Ray& a, const Ray& b, const 
     const PixelBox none{0, 0, -1, -1};
     if (a.z <= 0 && b.z <= 0 && c.z <= 0) return none;
     for (const double sign : {-1.0, 1.0}) {
-        const double w = raster.half_width, h = raster.half_height;
+        const double w = raster.side_x(sign), h = raster.side_y(sign);
         if (beyond(a.x, a.z, w, sign) && beyond(b.x, b.z, w, sign) && beyond(c.x, c.z, w, sign)) return none;
         if (beyond(a.y, a.z, h, sign) && beyond(b.y, b.z, h, sign) && beyond(c.y, c.z, h, sign)) return none;
     }

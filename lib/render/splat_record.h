@@ -20,7 +20,7 @@ namespace render {
 // falls to kEdge at the outline, and is a sum of squares: in float it is as good for a splat
 // seen edge-on (where the textbook's polynomial cancels) as for a round one.  A square is max(|a|, |b|) <= 1.
 struct alignas(64) SplatRecord {
-    uint16_t x0, y0, x1, y1;  // pixels whose centres may be inside, inclusive, on the screen
+    uint16_t x0, y0, x1, y1;  // pixels of the picture whose centres may be inside, inclusive
     float dx0, dy0;           // (dx, dy) of pixel (x0, y0)
     float l1, l2, l3;         // 1/px
     float push;               // R along the ray through the centre, as a step of inverse depth
@@ -44,6 +44,18 @@ struct NearSplat {
     float flatness_squared;
     float inverse_radius;  // 1/world units
     uint32_t colour;       // as in SplatRecord
+};
+
+// The tiles that hold a view's raster: of the picture's, which begin at its first pixel.
+struct TileGrid {
+    int left, top, across, down;
+
+    explicit TileGrid(const geom::View& view)
+        : left(view.margins.left / kTileWidth),
+          top(view.margins.top / kTileHeight),
+          across((view.margins.left + view.width - 1) / kTileWidth + 1 - left),
+          down((view.margins.top + view.height - 1) / kTileHeight + 1 - top) {}
+    size_t count() const { return size_t(across) * size_t(down); }
 };
 
 struct SetupParams {

@@ -78,6 +78,11 @@ HWY_INLINE DoubleLanes scale(DoubleLanes a, double s) {
     return {hn::Mul(a.low, factor), hn::Mul(a.high, factor)};
 }
 
+HWY_INLINE DoubleLanes add(DoubleLanes a, double s) {
+    const auto summand = hn::Set(DF(), s);
+    return {hn::Add(a.low, summand), hn::Add(a.high, summand)};
+}
+
 HWY_INLINE V square(V v) {
     return hn::Mul(v, v);
 }
@@ -179,33 +184,33 @@ HWY_INLINE Outline aligned_outline(V inverse_z, V radius_px, bool square_kind) {
     return o;
 }
 
-// First and last pixel whose centres lie within `extent` of `centre`, on a screen `size` wide.
+// First and last pixel whose centres lie within `extent` of `centre`, of `size` pixels from `begin` on.
 struct PixelRange {
     V first, last;
     hn::Mask<F> any;
 };
 
-HWY_INLINE PixelRange pixel_range(V centre, V extent, int size) {
+HWY_INLINE PixelRange pixel_range(V centre, V extent, int begin, int size) {
     const F d;
-    const float width = static_cast<float>(size);
+    const V least = hn::Set(d, static_cast<float>(begin)),
+            most = hn::Set(d, static_cast<float>(begin + size - 1));
     // What float can be off by at that place, and more.
-    const V reach = hn::Add(hn::Mul(extent, hn::Set(d, 1.0001f)), hn::Set(d, 1.0e-4f + width * 3.0e-7f));
+    const float off_by = 1.0e-4f + static_cast<float>(begin + size) * 3.0e-7f;
+    const V reach = hn::Add(hn::Mul(extent, hn::Set(d, 1.0001f)), hn::Set(d, off_by));
     const V middle = hn::Sub(centre, hn::Set(d, 0.5f));
     const V low = hn::Sub(middle, reach), high = hn::Add(middle, reach);
-    const auto valid =
-        hn::And(hn::Le(low, hn::Set(d, width - 1.0f)), hn::Ge(high, hn::Zero(d)));  // false for NaN
+    const auto valid = hn::And(hn::Le(low, most), hn::Ge(high, least));  // false for NaN
     PixelRange range;
-    range.first = hn::Ceil(hn::Max(hn::IfThenElseZero(valid, low), hn::Zero(d)));
-    range.last = hn::Floor(hn::Min(hn::IfThenElseZero(valid, high), hn::Set(d, width - 1.0f)));
+    range.first = hn::Ceil(hn::Max(hn::IfThenElse(valid, low, least), least));
+    range.last = hn::Floor(hn::Min(hn::IfThenElse(valid, high, least), most));
     range.any = hn::And(valid, hn::Le(range.first, range.last));
     return range;
 }
 
 // Offset of pixel `first` from the outline's centre.  The centre comes in double: at pixel 1000 a float has
 // but 6e-5 px, too coarse for the smallest splats.
-HWY_INLINE V offset_px(V first, DoubleLanes projected, V centre_shift, int size) {
-    const V pixel = hn::Add(first, hn::Set(F(), 0.5f - 0.5f * static_cast<float>(size)));
-    const DoubleLanes p = promote(pixel);
+HWY_INLINE V offset_px(V first, DoubleLanes projected, V centre_shift, double principal) {
+    const DoubleLanes p = add(promote(first), 0.5 - principal);
     return hn::Sub(demote({hn::Sub(p.low, projected.low), hn::Sub(p.high, projected.high)}), centre_shift);
 }
 
@@ -216,12 +221,15 @@ HWY_INLINE hn::Vec<U> pack_pixels(V x, V y) {
     return hn::Or(xi, hn::ShiftLeft<16>(yi));
 }
 
-// The sphere of its radius meets all four half-spaces that bound the picture.
+// The sphere of its radius meets all four half-spaces that bound the raster.
 bool may_be_seen(const geom::View& view, double x, double y, double z, double radius) {
-    const double half_width = 0.5 * view.width, half_height = 0.5 * view.height, f = view.focal_px;
-    const double off_x = (std::abs(x) * f - half_width * z) / std::hypot(f, half_width);
-    const double off_y = (std::abs(y) * f - half_height * z) / std::hypot(f, half_height);
-    return off_x <= radius && off_y <= radius;
+    const glm::dvec2 principal = view.principal_in_raster();
+    // How far the centre is beyond the side where f * coordinate = place * z.
+    const auto off = [&](double coordinate, double place) {
+        return (coordinate * view.focal_px - place * z) / std::hypot(view.focal_px, place);
+    };
+    return off(-x, principal.x) <= radius && off(x, view.width - principal.x) <= radius &&
+           off(-y, principal.y) <= radius && off(y, view.height - principal.y) <= radius;
 }
 
 struct PixelBox {
@@ -302,6 +310,9 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
     const bool aligned = options.kind == SplatKind::square || options.kind == SplatKind::circle;
     const bool blended = options.kind == SplatKind::smooth;
     const float focal = static_cast<float>(view.focal_px);
+    // All that becomes part of a record is about the picture, so that it does not depend on the raster.
+    const glm::dvec2 principal = view.principal();
+    const int width = view.picture_width(), height = view.picture_height();
     size_t written = 0;
 
     for (size_t i = 0; i < count; i += hn::Lanes(d)) {
@@ -322,12 +333,12 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
                                   : ellipsoid_outline(focal, demote(txd), demote(tyd), inverse_z, r,
                                                       radius_px, nx, ny, nz, flatness);
 
-        const PixelRange xs = pixel_range(hn::Add(hn::Add(demote(projected_x), o.centre_dx),
-                                                  hn::Set(d, 0.5f * static_cast<float>(view.width))),
-                                          o.extent_x, view.width);
-        const PixelRange ys = pixel_range(hn::Add(hn::Add(demote(projected_y), o.centre_dy),
-                                                  hn::Set(d, 0.5f * static_cast<float>(view.height))),
-                                          o.extent_y, view.height);
+        const PixelRange xs = pixel_range(
+            hn::Add(hn::Add(demote(projected_x), o.centre_dx), hn::Set(d, static_cast<float>(principal.x))),
+            o.extent_x, 0, width);
+        const PixelRange ys = pixel_range(
+            hn::Add(hn::Add(demote(projected_y), o.centre_dy), hn::Set(d, static_cast<float>(principal.y))),
+            o.extent_y, 0, height);
         const auto valid = hn::FirstN(d, count - i);
         const auto before_eye = hn::Gt(z, hn::Zero(d));
         const auto clear = hn::Gt(o.clearance, hn::Set(d, kMinClearance));
@@ -344,8 +355,8 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
         const V push = aligned ? hn::Zero(d) : hn::Mul(inverse_z, hn::Div(along_ray, hn::Add(one, along_ray)));
         const V fields[16] = {hn::BitCast(d, pack_pixels(xs.first, ys.first)),
                               hn::BitCast(d, pack_pixels(xs.last, ys.last)),
-                              offset_px(xs.first, projected_x, o.centre_dx, view.width),
-                              offset_px(ys.first, projected_y, o.centre_dy, view.height),
+                              offset_px(xs.first, projected_x, o.centre_dx, principal.x),
+                              offset_px(ys.first, projected_y, o.centre_dy, principal.y),
                               o.l1,
                               o.l2,
                               o.l3,
@@ -371,8 +382,8 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
         alignas(64) uint32_t lane_colours[kMaxLanes];
         hn::Store(hn::IfThenElseZero(bounded, xs.first), d, x0);
         hn::Store(hn::IfThenElseZero(bounded, ys.first), d, y0);
-        hn::Store(hn::IfThenElse(bounded, xs.last, hn::Set(d, static_cast<float>(view.width - 1))), d, x1);
-        hn::Store(hn::IfThenElse(bounded, ys.last, hn::Set(d, static_cast<float>(view.height - 1))), d, y1);
+        hn::Store(hn::IfThenElse(bounded, xs.last, hn::Set(d, static_cast<float>(width - 1))), d, x1);
+        hn::Store(hn::IfThenElse(bounded, ys.last, hn::Set(d, static_cast<float>(height - 1))), d, y1);
         hn::Store(colour, du, lane_colours);
         for (uint32_t bits = mask_bits(hn::AndNot(off_screen, careful)); bits != 0; bits &= bits - 1) {
             const size_t lane = static_cast<size_t>(std::countr_zero(bits)), k = i + lane;
@@ -417,7 +428,8 @@ HWY_INLINE hn::Vec<U> tiles_of(hn::Vec<U> pixels) {
 // A batch on its way to the bins.
 struct SplatsToBin {
     alignas(64) float place[4 * SplatBatch::kCapacity], facing[4 * SplatBatch::kCapacity];
-    // Tiles that each may lie in: x, and y in the high half; and the first of them by number.
+    // Tiles that each may lie in, counted from the raster's first: x, and y in the high half; and the first
+    // of them by number.
     alignas(64) uint32_t first[SplatBatch::kCapacity], last[SplatBatch::kCapacity],
         tile[SplatBatch::kCapacity];
     // Those to be binned, kWide and kClose being added to their indices.
@@ -436,8 +448,16 @@ HWY_NOINLINE bool look_closely(const SetupParams& params, size_t i, uint32_t col
     one.colour[0] = colour;
     SplatRecord record;
     if (set_up_splats(params, one, 1, one.colour, &record, near_splats) == 0) return false;
-    splats.first[i] = uint32_t(record.x0 / kTileWidth) | uint32_t(record.y0 / kTileHeight) << 16;
-    splats.last[i] = uint32_t(record.x1 / kTileWidth) | uint32_t(record.y1 / kTileHeight) << 16;
+    const geom::View& view = params.view;
+    const int left = view.margins.left, right = left + view.width - 1;
+    const int top = view.margins.top, bottom = top + view.height - 1;
+    if (record.x1 < left || record.x0 > right || record.y1 < top || record.y0 > bottom) return false;
+    const TileGrid grid(view);
+    const auto tile = [&](int x, int y) {
+        return uint32_t(x / kTileWidth - grid.left) | uint32_t(y / kTileHeight - grid.top) << 16;
+    };
+    splats.first[i] = tile(std::max<int>(record.x0, left), std::max<int>(record.y0, top));
+    splats.last[i] = tile(std::min<int>(record.x1, right), std::min<int>(record.y1, bottom));
     return true;
 }
 
@@ -449,6 +469,10 @@ HWY_INLINE void find_tiles(const SetupParams& params, int tiles_across, const Sp
     const geom::View& view = params.view;
     const bool aligned = params.options.kind == SplatKind::square || params.options.kind == SplatKind::circle;
     const V one = hn::Set(d, 1.0f), focal = hn::Set(d, static_cast<float>(view.focal_px));
+    const glm::dvec2 principal = view.principal();
+    const TileGrid grid(view);
+    const auto first_tile =
+        hn::Set(du, static_cast<uint32_t>(grid.left) | static_cast<uint32_t>(grid.top) << 16);
     const size_t count = static_cast<size_t>(batch.count);
     for (size_t i = 0; i < count; i += hn::Lanes(d)) {
         const V x = hn::Load(d, batch.x + i), y = hn::Load(d, batch.y + i), z = hn::Load(d, batch.z + i);
@@ -458,21 +482,21 @@ HWY_INLINE void find_tiles(const SetupParams& params, int tiles_across, const Sp
         const V inverse_z = hn::Div(one, z);
         const V r = hn::Mul(radius, inverse_z);
         const V g = aligned ? hn::Zero(d) : hn::Sub(one, square(flatness));  // 0: as wide as its sphere
-        const auto range = [&](V t, V n, int size) HWY_ATTR {
-            const V centre = hn::Add(hn::Mul(t, focal), hn::Set(d, 0.5f * static_cast<float>(size)));
+        const auto range = [&](V t, V n, double middle, int begin, int size) HWY_ATTR {
+            const V centre = hn::Add(hn::Mul(t, focal), hn::Set(d, static_cast<float>(middle)));
             // Larger by more than float can be off by.
             const V extent = hn::Mul(hn::Mul(focal, outline_reach(r, t, g, n, nz)), hn::Set(d, 1.001f));
-            const V off_by = hn::Set(d, 1.0e-3f + static_cast<float>(size) * 1.0e-6f);
-            return pixel_range(centre, hn::Add(extent, off_by), size);
+            const V off_by = hn::Set(d, 1.0e-3f + static_cast<float>(begin + size) * 1.0e-6f);
+            return pixel_range(centre, hn::Add(extent, off_by), begin, size);
         };
-        const PixelRange xs = range(hn::Mul(x, inverse_z), nx, view.width);
-        const PixelRange ys = range(hn::Mul(y, inverse_z), ny, view.height);
+        const PixelRange xs = range(hn::Mul(x, inverse_z), nx, principal.x, view.margins.left, view.width);
+        const PixelRange ys = range(hn::Mul(y, inverse_z), ny, principal.y, view.margins.top, view.height);
         const auto clear = hn::Gt(z, hn::Mul(radius, hn::Set(d, kClearRadii)));  // false for NaN
         const auto unseen = hn::And(clear, hn::Not(hn::And(xs.any, ys.any)));
         const auto wanted = hn::RebindMask(du, hn::AndNot(unseen, hn::FirstN(d, count - i)));
 
-        const auto first = tiles_of(pack_pixels(xs.first, ys.first)),
-                   last = tiles_of(pack_pixels(xs.last, ys.last));
+        const auto first = hn::Sub(tiles_of(pack_pixels(xs.first, ys.first)), first_tile),
+                   last = hn::Sub(tiles_of(pack_pixels(xs.last, ys.last)), first_tile);
         const auto row = hn::Mul(hn::ShiftRight<16>(first), hn::Set(du, static_cast<uint32_t>(tiles_across)));
         hn::Store(first, du, out.first + i);
         hn::Store(last, du, out.last + i);

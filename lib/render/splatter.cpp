@@ -32,7 +32,7 @@ float inverse_of(const std::optional<double>& depth, double unit, float otherwis
 
 struct Splatter::State {
     SetupParams params;
-    int tiles_across = 0, tiles_down = 0;
+    TileGrid grid{{}};
     size_t task_count = 0;
     std::vector<Task> tasks;
 
@@ -61,8 +61,7 @@ void Splatter::begin(const geom::View& view, const SplatterOptions& options, siz
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     s.params = {view, options, inverse_of(view.far, options.depth_unit, -kInfinity),
                 inverse_of(view.near, options.depth_unit, kInfinity)};
-    s.tiles_across = (view.width + kTileWidth - 1) / kTileWidth;
-    s.tiles_down = (view.height + kTileHeight - 1) / kTileHeight;
+    s.grid = TileGrid(view);
     s.task_count = task_count;
     if (s.tasks.size() < task_count) s.tasks.resize(task_count);
     for (size_t i = 0; i < task_count; ++i) {
@@ -72,7 +71,7 @@ void Splatter::begin(const geom::View& view, const SplatterOptions& options, siz
     }
     s.free_bins.clear();
     for (const auto& bins : s.bins) {
-        bins->begin(s.tiles_across, s.tiles_down);
+        bins->begin(s.grid.across, s.grid.down);
         s.free_bins.push_back(bins.get());
     }
 }
@@ -81,7 +80,7 @@ TileBins* Splatter::State::take_bins() {
     const std::scoped_lock lock(mutex);
     if (free_bins.empty()) {
         bins.push_back(std::make_unique<TileBins>());
-        bins.back()->begin(tiles_across, tiles_down);
+        bins.back()->begin(grid.across, grid.down);
         free_bins.push_back(bins.back().get());
     }
     TileBins* taken = free_bins.back();
@@ -105,7 +104,7 @@ void Splatter::end_task(size_t task_index) {
 
 // Counting sort of the tasks' runs by tile; some thousands.
 void Splatter::State::sort_runs() {
-    const size_t tiles = size_t(tiles_across) * size_t(tiles_down);
+    const size_t tiles = grid.count();
     run_begins.assign(tiles + 1, 0);
     near_splats.clear();
     for (size_t t = 0; t < task_count; ++t) {
@@ -123,25 +122,31 @@ void Splatter::State::sort_runs() {
 
 void Splatter::State::fill_background(const TileJob& job, Frame& frame) const {
     const glm::u8vec3 c = params.options.background;
-    for (int y = job.y0; y < job.y0 + job.height; ++y) {
-        const size_t at = size_t(y) * size_t(frame.width) + size_t(job.x0);
-        std::fill_n(frame.depth.begin() + static_cast<std::ptrdiff_t>(at), job.width,
+    const int width = job.right - job.left;
+    for (int y = job.top; y < job.bottom; ++y) {
+        const size_t at = job.frame_at + size_t(y - job.top) * size_t(frame.width);
+        std::fill_n(frame.depth.begin() + static_cast<std::ptrdiff_t>(at), width,
                     std::numeric_limits<float>::infinity());
         uint8_t* out = frame.rgb.data() + 3 * at;
         if (c.r == c.g && c.g == c.b) {
-            std::memset(out, c.r, size_t(job.width) * 3);
+            std::memset(out, c.r, size_t(width) * 3);
             continue;
         }
-        for (int x = 0; x < job.width; ++x, out += 3) out[0] = c.r, out[1] = c.g, out[2] = c.b;
+        for (int x = 0; x < width; ++x, out += 3) out[0] = c.r, out[1] = c.g, out[2] = c.b;
     }
 }
 
 void Splatter::State::draw(size_t tile, Frame& frame) {
+    const geom::Margins& outside = params.view.margins;
     TileJob job;
-    job.x0 = int(tile % size_t(tiles_across)) * kTileWidth;
-    job.y0 = int(tile / size_t(tiles_across)) * kTileHeight;
-    job.width = std::min(kTileWidth, frame.width - job.x0);
-    job.height = std::min(kTileHeight, frame.height - job.y0);
+    job.x0 = (grid.left + int(tile % size_t(grid.across))) * kTileWidth;
+    job.y0 = (grid.top + int(tile / size_t(grid.across))) * kTileHeight;
+    job.left = std::max(outside.left - job.x0, 0);
+    job.top = std::max(outside.top - job.y0, 0);
+    job.right = std::min(outside.left + frame.width - job.x0, kTileWidth);
+    job.bottom = std::min(outside.top + frame.height - job.y0, kTileHeight);
+    job.frame_at = size_t(job.y0 + job.top - outside.top) * size_t(frame.width) +
+                   size_t(job.x0 + job.left - outside.left);
     const size_t begin = run_begins[tile + 1];
     const size_t end = tile + 2 < run_begins.size() ? run_begins[tile + 2] : runs.size();
     job.runs = std::span(runs).subspan(begin, end - begin);
@@ -160,8 +165,7 @@ void Splatter::finish(Frame& frame) {
         frame.resize(view.width, view.height);
     }
     s.sort_runs();
-    core::parallel_for(size_t(s.tiles_across) * size_t(s.tiles_down),
-                       [&](size_t tile) { s.draw(tile, frame); });
+    core::parallel_for(s.grid.count(), [&](size_t tile) { s.draw(tile, frame); });
 }
 
 }  // namespace render

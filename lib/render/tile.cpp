@@ -236,17 +236,18 @@ void draw_near_splat(const NearSplat& s, const SetupParams& params, const TileJo
     const float pup = c * (s.px * s.px + s.py * s.py + s.pz * s.pz) + g * np * np;
     const bool eye_inside = pup <= c;
     const V inverse_focal = hn::Set(d, static_cast<float>(1.0 / params.view.focal_px));
-    const float centre_x = 0.5f * static_cast<float>(params.view.width) - 0.5f;
-    const float centre_y = 0.5f * static_cast<float>(params.view.height) - 0.5f;
+    const glm::dvec2 principal = params.view.principal();
+    const float centre_x = static_cast<float>(principal.x - 0.5);
+    const float centre_y = static_cast<float>(principal.y - 0.5);
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), largest = hn::Set(d, 1.0e6f);
     const V vc = hn::Set(d, c), vg = hn::Set(d, g);
     const Pixel pixel(Surface{s.nx, s.ny, s.nz, s.colour, params.least_w, params.most_w});
     Fragment f;
     f.t = hn::Set(d, kEdge);  // of least weight, and pushed back by all of R: gives way to whole splats
     // Whole blocks of the part of the tile that the splat may touch.
-    const int x0 = std::max(s.x0 - job.x0, 0) / kBlockSize * kBlockSize;
-    const int y0 = std::max(s.y0 - job.y0, 0) / kBlockSize * kBlockSize;
-    const int x1 = std::min(s.x1 - job.x0, job.width - 1), y1 = std::min(s.y1 - job.y0, job.height - 1);
+    const int x0 = std::max(s.x0 - job.x0, job.left) / kBlockSize * kBlockSize;
+    const int y0 = std::max(s.y0 - job.y0, job.top) / kBlockSize * kBlockSize;
+    const int x1 = std::min(s.x1 - job.x0, job.right - 1), y1 = std::min(s.y1 - job.y0, job.bottom - 1);
     for (int y = y0; y <= y1; y += kBlockSize) {
         for (int x = x0; x <= x1; x += kBlockSize) {
             for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
@@ -299,9 +300,10 @@ HWY_INLINE void copy_row(const T* from, size_t channels, int width, T* to) {
     }
 }
 
-HWY_INLINE void write_rgb_row(const uint32_t* packed, int width, uint8_t* out) {
+// The pixels of a tile's row from `first` on.
+HWY_INLINE void write_rgb_row(const uint32_t* packed, int first, int width, uint8_t* out) {
 #if HWY_TARGET == HWY_SCALAR
-    for (int x = 0; x < width; ++x, out += 3) {
+    for (int x = first; x < first + width; ++x, out += 3) {
         out[0] = uint8_t(packed[x]), out[1] = uint8_t(packed[x] >> 8), out[2] = uint8_t(packed[x] >> 16);
     }
 #else
@@ -313,7 +315,7 @@ HWY_INLINE void write_rgb_row(const uint32_t* packed, int width, uint8_t* out) {
         const auto four = hn::Load(d, reinterpret_cast<const uint8_t*>(packed + x));
         hn::StoreU(hn::TableLookupBytes(four, pick), d, row + x * 3);
     }
-    copy_row<uint8_t>(row, 3, width, out);
+    copy_row<uint8_t>(row + 3 * first, 3, width, out);
 #endif
 }
 
@@ -328,8 +330,9 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
     const V unit = hn::Set(d, static_cast<float>(params.options.depth_unit));
     alignas(64) uint32_t colours[kBlockSize * kTileWidth], block_colours[kBlockPixels];
     alignas(64) float depths[kBlockSize * kTileWidth], block_depths[kBlockPixels];
-    for (int y = 0; y < job.height; y += kBlockSize) {
-        for (int x = 0; x < job.width; x += kBlockSize) {
+    const int width = job.right - job.left;
+    for (int y = job.top / kBlockSize * kBlockSize; y < job.bottom; y += kBlockSize) {
+        for (int x = job.left / kBlockSize * kBlockSize; x < job.right; x += kBlockSize) {
             const float* block = block_at<Pixel>(state, x / kBlockSize, y / kBlockSize);
             for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
                 const float* at = block + lane;
@@ -347,11 +350,11 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
                             sizeof(uint32_t) * 4);
             }
         }
-        for (int row = 0; row < kBlockSize && y + row < job.height; ++row) {
-            const size_t at = size_t(job.y0 + y + row) * size_t(frame.width) + size_t(job.x0);
-            std::memcpy(frame.depth.data() + at, depths + row * kTileWidth,
-                        sizeof(float) * size_t(job.width));
-            write_rgb_row(colours + row * kTileWidth, job.width, frame.rgb.data() + at * 3);
+        for (int row = std::max(job.top - y, 0); row < std::min(job.bottom - y, kBlockSize); ++row) {
+            const size_t at = job.frame_at + size_t(y + row - job.top) * size_t(frame.width);
+            std::memcpy(frame.depth.data() + at, depths + row * kTileWidth + job.left,
+                        sizeof(float) * size_t(width));
+            write_rgb_row(colours + row * kTileWidth, job.left, width, frame.rgb.data() + at * 3);
         }
     }
 }

@@ -1,4 +1,5 @@
-// Drawing one tile of the screen: all its splats in their order, then the tile's pixels of the frame.
+// Drawing one tile of the picture: all its splats in their order, then those of its pixels that are in the
+// frame.
 //
 // A tile is cut into blocks of 4 x 4 pixels, and a block's state lies together, each quantity as one cache
 // line: a vector of 16, 8 or 4 lanes is a block, its half or its row, loads never straddle lines,
@@ -19,8 +20,9 @@ inline constexpr int kMaxPlanes = 10;
 inline constexpr size_t kTileStateFloats = size_t(kTileWidth) * kTileHeight * kMaxPlanes;
 
 struct TileJob {
-    int x0, y0;         // first pixel
-    int width, height;  // of the part on the screen
+    int x0, y0;                    // first pixel, of the picture
+    int left, top, right, bottom;  // the part in the raster, counted from there; without the last two
+    size_t frame_at;               // pixel of the frame that its (left, top) is
     std::span<const TileRun> runs;
     std::span<const NearSplat> near_splats;
 };
@@ -32,7 +34,7 @@ struct TileScratch {
     std::vector<NearSplat> near_splats;
 };
 
-// Writes every pixel of the tile to `frame`, which has the view's size already.  Different tiles may be drawn
+// Writes the tile's pixels to `frame`, which has the view's size already.  Different tiles may be drawn
 // at once.
 void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame);
 

@@ -49,8 +49,9 @@ double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View&
 
 glm::dvec3 point_of_pixel(const geom::View& view, const render::Frame& frame, int x, int y) {
     const double depth = double(frame.depth[size_t(y) * size_t(frame.width) + size_t(x)]);
-    const double right = (x + 0.5 - 0.5 * view.width) / view.focal_px;
-    const double down = (y + 0.5 - 0.5 * view.height) / view.focal_px;
+    const glm::dvec2 principal = view.principal_in_raster();
+    const double right = (x + 0.5 - principal.x) / view.focal_px;
+    const double down = (y + 0.5 - principal.y) / view.focal_px;
     return view.eye + depth * (view.forward + right * view.right + down * view.down);
 }
 

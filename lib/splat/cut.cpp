@@ -30,13 +30,17 @@ constexpr float kDiameterOfError = 20;  // a flat node may be this much wider th
 
 // The view in model space.  Positions are relative to `pivot`, a point on the line of sight at depth
 // `pivot_depth`, so that what is near in depth is small in float.
+struct Sides {
+    glm::vec3 plane[4];     // unit normals, inwards
+    float plane_offset[4];  // distance of the pivot from them
+};
 struct CutView {
     glm::dvec3 pivot{0};
     float pivot_depth = 0;
     float focal = 1;
     glm::vec3 right{0}, down{0}, forward{0};
-    glm::vec3 plane[4];        // unit normals of the sides, inwards
-    float plane_offset[4];     // distance of the pivot from them
+    Sides sides;  // of the picture for the top, of the raster below it
+    Sides raster_sides;
     float corner_cosine = 1;   // of the angle between the line of sight and a corner of the picture
     float near = 0, far = 0;   // depths between which something is drawn
     float limit_error = 0;     // threshold on e f / z
@@ -52,7 +56,7 @@ struct Opening {
     glm::vec3 normal;
     int16_t cone;
     uint8_t children;
-    bool is_inside;  // wholly inside the four sides
+    bool is_inside;  // wholly inside the four sides, those of the picture for the top and of the raster below
     uint32_t slot;   // of its first child, in `block`
     uint64_t block;
 };
@@ -236,7 +240,8 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         if (!hn::AllTrue(d, hn::Or(parent_inside, hn::Not(valid)))) {
             M beyond = hn::Lt(zero, zero);
             for (int k = 0; k < 4; ++k) {
-                const V distance = hn::Add(Dot(Set3(d, view.plane[k]), at), hn::Set(d, view.plane_offset[k]));
+                const V distance =
+                    hn::Add(Dot(Set3(d, view.sides.plane[k]), at), hn::Set(d, view.sides.plane_offset[k]));
                 beyond = hn::Or(beyond, hn::Lt(distance, hn::Neg(bound)));
                 inside = hn::And(inside, hn::Gt(distance, bound));
             }
@@ -357,6 +362,22 @@ struct Walker {
     }
 };
 
+// The sides of the pyramid through the raster, for a pivot at `depth`.
+Sides sides_of(const geom::View& view, double depth) {
+    const glm::dvec2 principal = view.principal_in_raster();
+    const double left = principal.x / view.focal_px, right = (view.width - principal.x) / view.focal_px;
+    const double above = principal.y / view.focal_px, below = (view.height - principal.y) / view.focal_px;
+    const glm::dvec3 normals[4] = {view.right + left * view.forward, right * view.forward - view.right,
+                                   view.down + above * view.forward, below * view.forward - view.down};
+    Sides sides;
+    for (int k = 0; k < 4; ++k) {
+        const glm::dvec3 n = glm::normalize(normals[k]);
+        sides.plane[k] = glm::vec3(n);
+        sides.plane_offset[k] = float(depth * glm::dot(n, view.forward));
+    }
+    return sides;
+}
+
 CutView make_cut_view(const Model& model, const geom::View& view, const CutOptions& options) {
     const Header& h = model.header();
     CutView v;
@@ -367,15 +388,12 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
     v.pivot_depth = float(depth);
     v.focal = float(view.focal_px);
     v.right = glm::vec3(view.right), v.down = glm::vec3(view.down), v.forward = glm::vec3(view.forward);
-    const double half_w = 0.5 * view.width / view.focal_px, half_h = 0.5 * view.height / view.focal_px;
-    const glm::dvec3 sides[4] = {view.right + half_w * view.forward, half_w * view.forward - view.right,
-                                 view.down + half_h * view.forward, half_h * view.forward - view.down};
-    for (int k = 0; k < 4; ++k) {
-        const glm::dvec3 n = glm::normalize(sides[k]);
-        v.plane[k] = glm::vec3(n);
-        v.plane_offset[k] = float(depth * glm::dot(n, view.forward));
-    }
-    v.corner_cosine = float(1 / std::sqrt(1 + half_w * half_w + half_h * half_h));
+    v.sides = sides_of(part_of(view, 0, 0, view.picture_width(), view.picture_height()), depth);
+    v.raster_sides = sides_of(view, depth);
+    const glm::dvec2 principal = view.principal();
+    const double far_x = std::max(principal.x, view.picture_width() - principal.x) / view.focal_px;
+    const double far_y = std::max(principal.y, view.picture_height() - principal.y) / view.focal_px;
+    v.corner_cosine = float(1 / std::sqrt(1 + far_x * far_x + far_y * far_y));
     constexpr double kFarthest = std::numeric_limits<float>::max();
     v.near = float(std::min(view.near.value_or(0) / h.scale, kFarthest));
     v.far = float(std::min(view.far.value_or(kFarthest) / h.scale, kFarthest));
@@ -479,7 +497,8 @@ struct Cut::State {
         return nodes.first(n);
     }
 
-    // The levels above the tasks, with centres in double.
+    // The levels above the tasks, with centres in double.  They are cut to the whole picture, whatever part
+    // of it is drawn, so that the tasks are the same, and with them the order of the splats.
     void walk_top() {
         top_counts = {};
         top_batches.clear();
@@ -504,6 +523,11 @@ struct Cut::State {
         if (top_batch.count > 0) top_batches.push_back(top_batch);
         tasks.clear();
         for (const auto& [node, centre] : level) tasks.push_back(node);
+    }
+
+    void narrow_to_raster() {
+        view.sides = view.raster_sides;
+        for (Opening& task : tasks) task.is_inside = false;
     }
 
     void walk_task(const Opening& from, const Sink& sink, CutCounts& c) {
@@ -535,6 +559,8 @@ size_t Cut::begin(const geom::View& view, const CutOptions& options) {
         state_->frame = 1;
     }
     state_->walk_top();
+    if (view.width != view.picture_width() || view.height != view.picture_height())
+        state_->narrow_to_raster();
     state_->counts = state_->top_counts;
     return std::max<size_t>(1, state_->tasks.size());
 }

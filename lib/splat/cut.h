@@ -5,6 +5,9 @@
 // small enough on the screen, where it is a leaf, or where its children are not there yet, and opened
 // otherwise. (Streaming QSplat, section 3.1 and figure 3.)
 //
+// Where the view is a part of a picture, its splats are those of the whole that it may show, in the same
+// order.
+//
 // The walk is in single precision relative to a pivot near what is seen, but its top, where rounding would
 // count most, is in double; subtrees below the top are tasks that may run on any thread.  The splats of a
 // task come in a fixed order, whatever the number of threads.

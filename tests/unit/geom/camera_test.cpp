@@ -250,3 +250,25 @@ TEST(CameraPath, BearsTheDeepestNestingThatFitsInALine) {
 }
 
 }  // namespace
+
+TEST(PartOf, KeepsWhereAPointIsInThePicture) {
+    geom::Camera camera;
+    geom::View view = geom::make_view(camera, 101, 50);
+    view.shift_px = {3.25, -1};
+    const geom::View part = geom::part_of(geom::part_of(view, 10, 5, 80, 40), 17, 6, 9, 31);
+    EXPECT_EQ(part.principal(), view.principal());
+    EXPECT_EQ(part.picture_width(), 101);
+    EXPECT_EQ(part.picture_height(), 50);
+    EXPECT_EQ(part.principal_in_raster(), view.principal() - glm::dvec2(17, 6));
+}
+
+TEST(Subdivided, PutsAPointAtTheSamePlaceInFinerPixels) {
+    geom::Camera camera;
+    geom::View view = geom::part_of(geom::make_view(camera, 101, 50), 3, 4, 60, 30);
+    view.shift_px = {3.25, -1};
+    const geom::View fine = geom::subdivided(view, 4);
+    EXPECT_EQ(fine.width, 240);
+    EXPECT_EQ(fine.picture_height(), 200);
+    EXPECT_EQ(fine.principal_in_raster(), 4.0 * view.principal_in_raster());
+    EXPECT_EQ(fine.focal_px, 4 * view.focal_px);
+}
