@@ -261,14 +261,6 @@ bool has_unknown_normal(const mesh::Mesh& mesh) {
                                                [](const glm::vec3& n) { return n == glm::vec3(0); });
 }
 
-std::vector<glm::vec3> filled_normals(const mesh::Mesh& mesh) {
-    std::vector<glm::vec3> normals = area_weighted_normals(mesh);
-    for (size_t v = 0; v < mesh.normals.size(); ++v) {
-        if (mesh.normals[v] != glm::vec3(0)) normals[v] = mesh.normals[v];
-    }
-    return normals;
-}
-
 // The sum of weights[k] * attribute[t[k]].
 template <class Attribute>
 glm::vec3 interpolate(const std::vector<Attribute>& attribute, const glm::u32vec3& t,
@@ -321,6 +313,14 @@ struct Piece {
 };
 
 }  // namespace
+
+std::vector<glm::vec3> filled_normals(const mesh::Mesh& mesh) {
+    std::vector<glm::vec3> normals = area_weighted_normals(mesh);
+    for (size_t v = 0; v < mesh.normals.size(); ++v) {
+        if (mesh.normals[v] != glm::vec3(0)) normals[v] = mesh.normals[v];
+    }
+    return normals;
+}
 
 struct MeshRaster::State {
     const mesh::Mesh& mesh;

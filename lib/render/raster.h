@@ -12,11 +12,16 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "mesh/mesh.h"
 #include "render/backend.h"
 
 namespace render {
+
+// The normals that a mesh is drawn with, one a vertex: its own, and where they are unknown the area-weighted
+// mean of the faces at the vertex; unit length, or zero where no face with an area is there.
+std::vector<glm::vec3> filled_normals(const mesh::Mesh& mesh);
 
 // Draws `mesh` (which lives longer).  Of surfaces at the same depth the one with the lower triangle index
 // shows.

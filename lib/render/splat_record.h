@@ -35,6 +35,20 @@ static_assert(sizeof(SplatRecord) == 64);
 // divide by; 1/256 squared is no more than one level of 255 against any splat's middle.
 inline constexpr float kEdge = 1.0f / 256.0f;
 
+// Clearance is what is left of the depth before the eye, 1 - (extent in z / z)^2, a difference.  Below the
+// first bound the outline, relative to which it is exact, is so much wider than the splat that the
+// near end of it would be off by more than a thousandth of a pixel: such splats go by way of NearSplat. Below
+// the second not even the outline's bounds are to be relied on.
+inline constexpr float kMinClearance = 1.0f / 4.0f;
+inline constexpr float kMinBoundedClearance = 1.0f / 64.0f;
+
+// Nothing is thinner: keeps the ratios of the axes, and their squares, within float.
+inline constexpr float kMinFlatness = 1.0f / 4096.0f;
+
+// Outlines grow by this part of themselves, so that rounding cannot open a hole between two splats
+// that share a boundary; one thousandth of a pixel at 100 px.
+inline constexpr float kGrowth = 1.0e-5f;
+
 // A splat that contains the eye, or reaches to its plane or nearly so.  Its outline may be any conic, so
 // that each pixel's ray is intersected.  Lengths in units of its radius.
 struct NearSplat {
@@ -63,6 +77,9 @@ struct SetupParams {
     SplatterOptions options;
     // Inverse depths, in those of the splats, of the view's far and near: nothing else is drawn.
     float least_w, most_w;
+
+    SetupParams() = default;
+    SetupParams(const geom::View& seen, const SplatterOptions& wanted);
 
     bool has_limits() const { return view.near || view.far; }
 };

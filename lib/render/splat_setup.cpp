@@ -23,20 +23,6 @@ using V = hn::Vec<F>;
 using U = hn::RebindToUnsigned<F>;
 constexpr size_t kMaxLanes = hn::MaxLanes(F());
 
-// Clearance is what is left of the depth before the eye, 1 - (extent in z / z)^2, a difference.  Below the
-// first bound the outline, relative to which it is exact, is so much wider than the splat that the
-// near end of it would be off by more than a thousandth of a pixel: such splats go by way of NearSplat. Below
-// the second not even the outline's bounds are to be relied on.
-constexpr float kMinClearance = 1.0f / 4.0f;
-constexpr float kMinBoundedClearance = 1.0f / 64.0f;
-
-// Nothing is thinner: keeps the ratios of the axes, and their squares, within float.
-constexpr float kMinFlatness = 1.0f / 4096.0f;
-
-// Outlines grow by this part of themselves, so that rounding cannot open a hole between two splats
-// that share a boundary; one thousandth of a pixel at 100 px.
-constexpr float kGrowth = 1.0e-5f;
-
 // No radius in pixels is less: squares of it stay within float.
 constexpr float kMinRadiusPx = 1.0e-5f;
 

@@ -30,6 +30,13 @@ float inverse_of(const std::optional<double>& depth, double unit, float otherwis
 
 }  // namespace
 
+SetupParams::SetupParams(const geom::View& seen, const SplatterOptions& wanted)
+    : view(seen), options(wanted) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    least_w = inverse_of(view.far, options.depth_unit, -kInfinity);
+    most_w = inverse_of(view.near, options.depth_unit, kInfinity);
+}
+
 struct Splatter::State {
     SetupParams params;
     TileGrid grid{{}};
@@ -58,9 +65,7 @@ Splatter::~Splatter() = default;
 
 void Splatter::begin(const geom::View& view, const SplatterOptions& options, size_t task_count) {
     State& s = *state_;
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    s.params = {view, options, inverse_of(view.far, options.depth_unit, -kInfinity),
-                inverse_of(view.near, options.depth_unit, kInfinity)};
+    s.params = SetupParams(view, options);
     s.grid = TileGrid(view);
     s.task_count = task_count;
     if (s.tasks.size() < task_count) s.tasks.resize(task_count);

@@ -1,0 +1,20 @@
+#include "gl/library.h"
+
+#include <dlfcn.h>
+
+#include "core/error.h"
+
+namespace gl {
+
+Library::Library(const std::string& file)
+    : file_(file), handle_(dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+    if (!handle_) throw core::Error(dlerror());
+}
+
+void* Library::find(const char* name) const {
+    void* const found = dlsym(handle_, name);
+    if (!found) throw core::Error(file_ + ": has no function " + name);
+    return found;
+}
+
+}  // namespace gl

@@ -1,0 +1,41 @@
+// Splats drawn by GL, as render::Splatter draws them.
+//
+// The splats are sent as they come, projected by the vertex shader, and drawn as points of the size of their
+// outlines' boxes, or as rectangles where they are too large for that or reach towards the eye's plane; the
+// fragment shader decides each pixel.  `square`, `circle` and `ellipse` take one pass with a depth test;
+// `smooth` takes three: the greatest inverse depth of each pixel, sums over what is within R of it, and the
+// inverse depth of what weighs most there; then all pixels are shaded at once.
+//
+// How it differs from render::Splatter: outlines are computed in single precision throughout, which moves
+// them by up to 1e-4 px; `smooth` takes the greatest depth of all splats and not of those so far, so that its
+// frame does not depend on their order; of splats at the same depth another may show; and depths that differ
+// by a factor of more than 1e37 in one frame are not told apart.
+#pragma once
+
+#include <memory>
+
+#include "gl/device.h"
+#include "render/backend.h"
+
+namespace gl {
+
+class SplatPainter final : public render::SplatPainter {
+  public:
+    explicit SplatPainter(std::unique_ptr<Device> device);
+    ~SplatPainter() override;
+
+    const Device& device() const;
+
+    void begin(const geom::View& view, const render::SplatterOptions& options, size_t task_count) override;
+    void add(size_t task, const render::SplatBatch& batch) override;
+    void end_task(size_t) override {}
+
+    // Throws core::Error where GL fails, as for want of memory: 36 bytes a splat, and up to 44 a pixel.
+    void finish(render::Frame& frame) override;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace gl
