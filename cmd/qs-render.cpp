@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -13,6 +14,7 @@
 #include "mesh/mesh.h"
 #include "qs-render/arguments.h"
 #include "render/image.h"
+#include "scene/backends.h"
 #include "scene/draw.h"
 #include "scene/frame_report.h"
 #include "scene/outputs.h"
@@ -50,12 +52,23 @@ std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const splat::
     return reference;
 }
 
+scene::Backend open_backend(const Arguments& a) {
+    try {
+        scene::Backend backend = scene::open_backend(qs_render::backend_of(a));
+        core::notice("back end " + backend.name + ": " + backend.is +
+                     (backend.reason.empty() ? "" : " (" + backend.reason + ")"));
+        return backend;
+    } catch (const core::Error& error) {
+        throw core::Error("--backend " + a.backend + ": " + error.what());
+    }
+}
+
 void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat::Model& model,
-                 const std::vector<geom::Camera>& path) {
+                 const std::vector<geom::Camera>& path, scene::Backend backend) {
     core::Report report({a.source, a.path, a.reference});
     render::FrameWriter writer(a.output, qs_render::format_of(a), frames_per_s(a, path));
     const std::unique_ptr<scene::Reference> reference = reference_of(a, model);
-    scene::ModelPainter painter(model);
+    scene::ModelPainter painter(model, std::move(backend.painter));
     render::Frame frame;
     core::Progress progress("frame", path.size());
     // The default is a wish that small models cannot meet; squares and circles have no bound to hold against
@@ -69,6 +82,7 @@ void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat
         scene::FrameReport line;
         line.frame = int(i);
         line.time_s = path[i].time_s;
+        line.backend = backend.name;
         line.cut = draw.cut;
         line.draw = painter.draw(view, draw, frame);
         core::Stopwatch watch;
@@ -91,6 +105,7 @@ void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat
 }
 
 void run(const Arguments& a) {
+    if (a.lists_backends) return core::print(scene::list_backends());
     qs_render::check(a);
     const scene::DrawOptions draw = qs_render::draw_options(a);
     const splat::Model model(a.source);
@@ -101,7 +116,7 @@ void run(const Arguments& a) {
         core::warn(text("%s: holds %llu of %llu blocks; what is drawn is as fine as they are",
                         model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),
                         static_cast<unsigned long long>(model.header().block_count)));
-    draw_frames(a, draw, model, path);
+    draw_frames(a, draw, model, path, open_backend(a));
 }
 
 }  // namespace

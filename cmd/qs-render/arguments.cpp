@@ -44,6 +44,11 @@ constexpr Word<render::ImageFormat> kFormatWords[] = {{"png", render::ImageForma
                                                       {"y4m", render::ImageFormat::y4m},
                                                       {"rgb", render::ImageFormat::rgb}};
 
+constexpr Word<scene::BackendKind> kBackendWords[] = {{"cpu", scene::BackendKind::cpu},
+                                                      {"osmesa", scene::BackendKind::osmesa},
+                                                      {"egl", scene::BackendKind::egl},
+                                                      {"auto", scene::BackendKind::automatic}};
+
 // "R,G,B" or "#rrggbb".
 glm::u8vec3 colour_of(const std::string& word) {
     const bool is_hex = word.starts_with('#');
@@ -69,8 +74,9 @@ glm::u8vec3 colour_of(const std::string& word) {
 
 void add_options(core::Program& program, Arguments& a) {
     CLI::App& app = program.options;
-    app.add_option("SOURCE", a.source, "Splat model, whole or a prefix of one; - for standard input")
-        ->required();
+    CLI::Option* const source =
+        app.add_option("SOURCE", a.source, "Splat model, whole or a prefix of one; - for standard input")
+            ->required();
     app.add_option("-o,--output", a.output, "Pictures: frame-%04d.png, one file, or - for a stream")
         ->type_name("NAME");
     app.add_option("--format", a.format, "png, ppm, y4m or rgb (default: by the extension, y4m for -)")
@@ -90,6 +96,15 @@ void add_options(core::Program& program, Arguments& a) {
     app.add_option("--shade", a.shade, "lit, normal, level or flat")->type_name("MODE");
     app.add_option("--background", a.background, "R,G,B, 0 to 255 each, or #rrggbb")->type_name("COLOUR");
     app.add_flag("--keep-backfaces", a.keep_backfaces, "Draw also what faces away");
+    app.add_option("--backend", a.backend, "What draws: cpu, osmesa, egl or auto")->type_name("NAME");
+    // Asked for before what is required is missed.
+    app.add_flag_callback(
+        "--list-backends",
+        [&a, source] {
+            a.lists_backends = true;
+            source->required(false);
+        },
+        "Say which back ends there are, and exit");
     app.add_option("--reference", a.reference, "Measure each frame against this mesh, for --report")
         ->type_name("MESH");
 }
@@ -112,6 +127,10 @@ render::ImageFormat format_of(const Arguments& a) {
     return a.output.empty() ? render::ImageFormat::png : render::format_of_name(a.output);
 }
 
+scene::BackendKind backend_of(const Arguments& a) {
+    return value_of("--backend", a.backend, kBackendWords);
+}
+
 void check(const Arguments& a) {
     for (const double side : a.resolution)
         if (!(side >= 1 && side <= kMostPixels && side == std::floor(side)))
@@ -130,6 +149,7 @@ void check(const Arguments& a) {
     if (!a.reference.empty() && a.report.empty())
         throw UsageError("--reference: its measures go to --report, which is not given");
     format_of(a);
+    backend_of(a);
     for (const std::string& name : {a.output, a.depth}) render::has_frame_number(name);
     if (!a.reference.empty() && a.shade == "level")
         throw UsageError("--reference: a mesh has no levels to compare with --shade level");

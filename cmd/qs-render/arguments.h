@@ -7,6 +7,7 @@
 #include "core/program.h"
 #include "qs-render/camera_options.h"
 #include "render/image.h"
+#include "scene/backends.h"
 #include "scene/draw.h"
 
 namespace qs_render {
@@ -20,6 +21,8 @@ struct Arguments {
     CLI::Option* threshold = nullptr;
     bool keep_backfaces = false;
     std::string splat = "smooth", shade = "lit", background = "0,0,0";
+    std::string backend = "auto";
+    bool lists_backends = false;  // and does nothing else
 
     bool cuts_by_diameter() const { return !std::isnan(threshold_diameter_px); }
 };
@@ -32,5 +35,6 @@ void check(const Arguments& arguments);
 // These throw core::UsageError for words that they do not know.
 scene::DrawOptions draw_options(const Arguments& arguments);
 render::ImageFormat format_of(const Arguments& arguments);
+scene::BackendKind backend_of(const Arguments& arguments);
 
 }  // namespace qs_render

@@ -31,7 +31,7 @@ bool has_word(const char* list, std::string_view word) {
 }
 
 struct Egl {
-    Library library{kLibrary};
+    Library library{kLibrary, "libegl1"};
     PFNEGLGETPROCADDRESSPROC function = library.function<PFNEGLGETPROCADDRESSPROC>("eglGetProcAddress");
     PFNEGLQUERYSTRINGPROC query_string = library.function<PFNEGLQUERYSTRINGPROC>("eglQueryString");
     PFNEGLINITIALIZEPROC initialize = library.function<PFNEGLINITIALIZEPROC>("eglInitialize");

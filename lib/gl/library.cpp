@@ -6,9 +6,9 @@
 
 namespace gl {
 
-Library::Library(const std::string& file)
+Library::Library(const std::string& file, const std::string& package)
     : file_(file), handle_(dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) {
-    if (!handle_) throw core::Error(dlerror());
+    if (!handle_) throw core::Error(std::string(dlerror()) + " (Debian has it in " + package + ")");
 }
 
 void* Library::find(const char* name) const {

@@ -8,8 +8,9 @@ namespace gl {
 // Stays loaded until the process ends: drivers leave threads and exit handlers behind.
 class Library {
   public:
-    // `file` as the dynamic linker knows it.  Throws core::Error with the linker's reason.
-    explicit Library(const std::string& file);
+    // `file` as the dynamic linker knows it; `package` is where Debian has it.  Throws core::Error with the
+    // linker's reason.
+    Library(const std::string& file, const std::string& package);
 
     // Throws core::Error where the library has no such function.
     template <class Function>

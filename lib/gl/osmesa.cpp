@@ -13,7 +13,7 @@ namespace {
 class OsMesaContext final : public Context {
   public:
     OsMesaContext()
-        : library_("libOSMesa.so.8"),
+        : library_("libOSMesa.so.8", "libosmesa6"),
           destroy_(library_.function<decltype(&OSMesaDestroyContext)>("OSMesaDestroyContext")),
           make_current_(library_.function<decltype(&OSMesaMakeCurrent)>("OSMesaMakeCurrent")),
           function_(library_.function<decltype(&OSMesaGetProcAddress)>("OSMesaGetProcAddress")) {

@@ -398,6 +398,10 @@ void draw_and_shade(const SetupParams& params, const TileJob& job, TileScratch& 
     draw_pixels<Pixel, kSquare>(params, job, scratch, frame);
 }
 
+const char* name_of_target() {
+    return hwy::TargetName(HWY_TARGET);
+}
+
 void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
     const SplatterOptions& options = params.options;
     if (options.kind == SplatKind::square) return draw_and_shade<Nearest, true>(params, job, scratch, frame);
@@ -419,6 +423,11 @@ HWY_AFTER_NAMESPACE();
 namespace render {
 
 HWY_EXPORT(draw_tile);
+HWY_EXPORT(name_of_target);
+
+const char* instruction_set() {
+    return HWY_DYNAMIC_DISPATCH(name_of_target)();
+}
 
 void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
     HWY_DYNAMIC_DISPATCH(draw_tile)(params, job, scratch, frame);

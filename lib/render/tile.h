@@ -38,4 +38,7 @@ struct TileScratch {
 // at once.
 void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame);
 
+// What the machine's vectors are called, "AVX2" say.
+const char* instruction_set();
+
 }  // namespace render

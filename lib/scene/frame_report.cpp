@@ -30,6 +30,7 @@ core::Json to_json(const FrameReport& report, const splat::Model& model) {
     core::Json json;
     json["frame"] = report.frame;
     json["t"] = report.time_s;
+    json["backend"] = report.backend;
     core::Json& ms = json["ms"];
     ms["traverse"] = rounded(report.draw.traverse_ms);
     ms["draw"] = rounded(report.draw.draw_ms);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/program.h"
 #include "scene/draw.h"
@@ -13,6 +14,7 @@ namespace scene {
 struct FrameReport {
     int frame = 0;  // from 0, as in the pictures' names
     double time_s = 0;
+    std::string backend{};  // its name
     splat::CutOptions cut;
     DrawReport draw;
     double write_ms = 0;      // waiting for the writer, which works behind the renderer
