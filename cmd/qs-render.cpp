@@ -59,7 +59,7 @@ scene::Backend open_backend(const Arguments& a) {
                      (backend.reason.empty() ? "" : " (" + backend.reason + ")"));
         return backend;
     } catch (const core::Error& error) {
-        throw core::Error("--backend " + a.backend + ": " + error.what());
+        throw core::Error("--backend " + a.backend + ": " + error.what() + "; --list-backends says what there is");
     }
 }
 
