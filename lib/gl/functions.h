@@ -55,7 +55,6 @@
     X(Uniform1f, PFNGLUNIFORM1FPROC)                             \
     X(Uniform1i, PFNGLUNIFORM1IPROC)                             \
     X(Uniform2f, PFNGLUNIFORM2FPROC)                             \
-    X(Uniform4f, PFNGLUNIFORM4FPROC)                             \
     X(UniformMatrix3fv, PFNGLUNIFORMMATRIX3FVPROC)               \
     X(UnmapBuffer, PFNGLUNMAPBUFFERPROC)                         \
     X(UseProgram, PFNGLUSEPROGRAMPROC)                           \

@@ -36,8 +36,8 @@ layout(location = 0) in vec3 place;   // in view space, in units of the scene
 layout(location = 1) in vec3 normal_in;
 layout(location = 2) in vec3 material_in;  // 0..255
 
-uniform vec2 size;
-uniform vec4 part;
+uniform vec2 principal;  // where the line of sight meets the part, in its pixels
+uniform vec2 size;       // of the part
 uniform float focal;
 uniform float nearest;
 
@@ -48,8 +48,8 @@ void main() {
     normal = normal_in;
     material = material_in;
     // Window coordinates of the part, times depth; the frame's y points down, as rows are read from 0.
-    vec2 window = focal * place.xy + (0.5 * size - part.xy) * place.z;
-    gl_Position = vec4(2.0 * window / part.zw - place.z, 2.0 * nearest - place.z, place.z);
+    vec2 window = focal * place.xy + principal * place.z;
+    gl_Position = vec4(2.0 * window / size - place.z, 2.0 * nearest - place.z, place.z);
 }
 )";
 
@@ -197,7 +197,6 @@ void MeshPainter::draw(const geom::View& view, Shade shade, glm::u8vec3 backgrou
                   float(view.near ? std::min(1 / (*view.near * scale), kMost) : kMost));
     gl->Uniform1f(uniform("nearest"), float(nearest));
     gl->Uniform1f(uniform("focal"), float(view.focal_px) * kSteps);
-    gl->Uniform2f(uniform("size"), float(view.width) * kSteps, float(view.height) * kSteps);
     const glm::mat3 view_from_world = glm::transpose(glm::dmat3(view.right, view.down, view.forward));
     gl->UniformMatrix3fv(uniform("view_from_world"), 1, GL_FALSE, &view_from_world[0][0]);
     gl->Enable(GL_DEPTH_TEST);
@@ -211,8 +210,9 @@ void MeshPainter::draw(const geom::View& view, Shade shade, glm::u8vec3 backgrou
         gl->Viewport(0, 0, width, height);
         clear_uints(gl);
         clear_depth(gl);
-        gl->Uniform4f(uniform("part"), float(part.x * kSteps), float(part.y * kSteps), float(width),
-                      float(height));
+        const glm::vec2 principal((view.principal_in_raster() - glm::dvec2(part.x, part.y)) * double(kSteps));
+        gl->Uniform2f(uniform("principal"), principal.x, principal.y);
+        gl->Uniform2f(uniform("size"), float(width), float(height));
         gl->DrawElements(GL_TRIANGLES, GLsizei(3 * s.mesh.triangles.size()), GL_UNSIGNED_INT, nullptr);
         gl.check(core::text("drawing %zu triangles", s.mesh.triangles.size()));
         read_part(gl, part, kSteps, 1 / scale, background, s.read_back, frame);

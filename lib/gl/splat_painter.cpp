@@ -218,8 +218,10 @@ void SplatPainter::State::draw_variant(const Use& gl, const Part& part, const Sp
     gl->UseProgram(program);
     const auto uniform = [&](const char* name) { return gl->GetUniformLocation(program, name); };
     const geom::View& view = params.view;
-    gl->Uniform2f(uniform("size"), float(view.width), float(view.height));
-    gl->Uniform4f(uniform("part"), float(part.x), float(part.y), float(part.width), float(part.height));
+    const glm::vec2 principal(view.principal());
+    gl->Uniform2f(uniform("principal"), principal.x, principal.y);
+    gl->Uniform2f(uniform("origin"), float(view.margins.left + part.x), float(view.margins.top + part.y));
+    gl->Uniform2f(uniform("size"), float(part.width), float(part.height));
     gl->Uniform1f(uniform("focal"), float(view.focal_px));
     constexpr float kMost = std::numeric_limits<float>::max();
     gl->Uniform2f(uniform("limits"), std::max(params.least_w, -kMost), std::min(params.most_w, kMost));

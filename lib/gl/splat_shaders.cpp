@@ -14,11 +14,13 @@ layout(location = 0) in vec4 place;   // centre in view space, radius
 layout(location = 1) in vec4 facing;  // normal, flatness
 layout(location = 2) in uint colour;
 
-uniform vec2 size;   // of the picture, in pixels
-uniform vec4 part;   // of it that is drawn: first pixel, width and height
+// All places are in pixels of the picture, so that those of a part are the whole's.
+uniform vec2 principal;  // where the line of sight meets the picture
+uniform vec2 origin;     // first pixel that is drawn
+uniform vec2 size;       // and how many
 uniform float focal;
 
-flat out vec2 middle;   // of the outline, in pixels of the part
+flat out vec2 middle;   // of the outline, from the first pixel that is drawn
 flat out vec4 form;     // l1, l2, l3, push
 flat out vec3 depth;    // w, w_dx, w_dy
 flat out vec3 normal;
@@ -88,9 +90,9 @@ vec3 material_of_splat() {
 
 const vec4 kUnseen = vec4(2, 2, 0, 1);
 
-// All pixels from `first` to `last`, of the picture; kUnseen if there are none.
+// All pixels from `first` to `last`; kUnseen if there are none.
 vec4 cover(vec2 first, vec2 last) {
-    first -= part.xy, last -= part.xy;
+    first -= origin, last -= origin;
     if (any(lessThan(last, first))) return kUnseen;
 #if QUADS
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
@@ -100,13 +102,17 @@ vec4 cover(vec2 first, vec2 last) {
     gl_PointSize = max(pixels.x, pixels.y);
     vec2 at = 0.5 * (first + last + 1.0);
 #endif
-    return vec4(2.0 * at / part.zw - 1.0, 0, 1);
+    return vec4(2.0 * at / size - 1.0, 0, 1);
+}
+
+// How far `coordinate` is beyond the side where focal * coordinate = place * z.
+vec2 beyond(vec2 coordinate, vec2 place, float z) {
+    return (coordinate * focal - place * z) / sqrt(focal * focal + place * place);
 }
 
 bool may_be_seen(vec3 p, float radius) {
-    vec2 half_size = 0.5 * size;
-    vec2 off = (abs(p.xy) * focal - half_size * p.z) / sqrt(focal * focal + half_size * half_size);
-    return all(lessThanEqual(off, vec2(radius)));
+    vec2 middle = principal - origin;
+    return all(lessThanEqual(max(beyond(-p.xy, middle, p.z), beyond(p.xy, size - middle, p.z)), vec2(radius)));
 }
 
 void main() {
@@ -118,20 +124,21 @@ void main() {
     bool is_aligned = KIND == SQUARE || KIND == CIRCLE;
     Outline o = is_aligned ? aligned_outline(inverse_z, radius_px)
                            : ellipsoid_outline(t, inverse_z, r, radius_px, facing.xyz, flatness);
-    vec2 centre = t * focal + 0.5 * size + o.shift;
+    vec2 centre = t * focal + principal + o.shift;
     float along_ray = r / sqrt(1.0 + dot(t, t));
-    middle = centre - part.xy;
+    middle = centre - origin;
     form = vec4(o.form, is_aligned ? 0.0 : inverse_z * (along_ray / (1.0 + along_ray)));
     depth = o.depth;
     normal = facing.xyz;
     material = material_of_splat();
 
     // What float can be off by at that place, and more.
-    vec2 reach = o.extent * 1.0001 + 1.0e-4 + size * 3.0e-7;
+    vec2 end = origin + size - 1.0;
+    vec2 reach = o.extent * 1.0001 + 1.0e-4 + end * 3.0e-7;
     vec2 low = centre - 0.5 - reach, high = centre - 0.5 + reach;
     bool is_before_eye = place.z > 0.0;
-    bool on_screen = all(lessThanEqual(low, size - 1.0)) && all(greaterThanEqual(high, vec2(0)));  // false for NaN
-    vec2 first = ceil(max(low, part.xy)), last = floor(min(high, part.xy + part.zw - 1.0));
+    bool on_screen = all(lessThanEqual(low, end)) && all(greaterThanEqual(high, origin));  // false for NaN
+    vec2 first = ceil(max(low, origin)), last = floor(min(high, end));
     gl_PointSize = 1.0;
 #if QUADS
     near_centre = vec4(0), near_shape = vec2(0);
@@ -142,7 +149,7 @@ void main() {
         if (is_behind || (is_bounded && !on_screen) || !may_be_seen(place.xyz, place.w)) return;
         near_centre = vec4(place.xyz / place.w, 1);
         near_shape = vec2(flatness * flatness, 1.0 / place.w);
-        gl_Position = is_bounded ? cover(first, last) : cover(part.xy, part.xy + part.zw - 1.0);
+        gl_Position = is_bounded ? cover(first, last) : cover(origin, end);
         return;
     }
 #endif
@@ -162,8 +169,8 @@ flat in vec4 near_centre;
 flat in vec2 near_shape;
 #endif
 
-uniform vec2 size;
-uniform vec4 part;
+uniform vec2 principal;
+uniform vec2 origin;
 uniform float focal;
 uniform vec2 limits;       // least and greatest inverse depth
 uniform float depth_scale; // from inverse depths to GL's
@@ -179,7 +186,7 @@ Fragment near_fragment() {
     float np = dot(n, p);
     vec3 u = c * p + g * np * n;
     float pup = c * dot(p, p) + g * np * np;
-    vec3 d = vec3((gl_FragCoord.xy + part.xy - 0.5 * size) / focal, 1);
+    vec3 d = vec3((gl_FragCoord.xy + origin - principal) / focal, 1);
     vec3 m = cross(d, p), k = cross(n, m);
     float nd = dot(n, d), du = dot(d, u);
     float dad = c * dot(d, d) + g * nd * nd;

@@ -14,6 +14,8 @@ namespace gl_test {
 
 // "osmesa", "egl" (by device) or "surfaceless".
 inline const char* const kContexts[] = {"osmesa", "egl", "surfaceless"};
+// Where there is no graphics processor, the last two draw with the same driver.
+inline const char* const kDrawingContexts[] = {"osmesa", "egl"};
 
 // Null, and the reason, where the machine has none of that name.
 std::unique_ptr<gl::Device> open(const std::string& context, std::string& reason);

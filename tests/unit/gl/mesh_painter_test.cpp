@@ -76,6 +76,12 @@ TEST_P(MeshPainter, AgreesOnPartsAndOddSizes) {
     expect_agreement(mesh, view_of({{0, 0, 3}, {0, 0, 0}}, 3001, 401));
 }
 
+TEST_P(MeshPainter, AgreesOnAPartOffTheAxis) {
+    geom::View view = view_of(kBeside);
+    view.shift_px = {30.25, -17};
+    expect_agreement(splat_test::bumpy_torus(60, 160), geom::part_of(view, 301, 167, 250, 190));
+}
+
 TEST_P(MeshPainter, AgreesFarFromTheOriginAndAtAnyScale) {
     for (const double scale : {1e-20, 1e15}) {
         const mesh::Mesh mesh = splat_test::scaled(splat_test::icosphere(4), scale);
@@ -114,4 +120,4 @@ TEST_P(MeshPainter, DrawsTheNextFrameAsIfItWereTheFirst) {
     EXPECT_EQ(first.depth, again.depth);
 }
 
-INSTANTIATE_TEST_SUITE_P(Contexts, MeshPainter, testing::ValuesIn(gl_test::kContexts));
+INSTANTIATE_TEST_SUITE_P(Contexts, MeshPainter, testing::ValuesIn(gl_test::kDrawingContexts));

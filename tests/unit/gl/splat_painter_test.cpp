@@ -182,6 +182,28 @@ TEST_P(SplatPainter, AgreesOnPicturesThatAreDrawnInParts) {
         }
 }
 
+TEST_P(SplatPainter, DrawsPartsAsTheyAreInTheWhole) {
+    const splat::Model model = test_model("bumpy.qs");
+    geom::View view = view_of(kGrazing);
+    view.shift_px = {30.25, -17};
+    const geom::View part = geom::part_of(view, 101, 67, 150, 90);
+    for (const SplatKind kind : kKinds) {
+        scene::DrawOptions options;
+        options.kind = kind;
+        const Splats of_part = splats_of(model, part, options);
+        expect_agreement(of_part);
+        const Frame whole = draw(*painter_, splats_of(model, view, options)),
+                    drawn = draw(*painter_, of_part);
+        for (int y = 0; y < part.height; ++y)
+            for (int x = 0; x < part.width; ++x) {
+                const size_t at = size_t(y * part.width + x),
+                             in_whole = size_t((y + 67) * view.width + x + 101);
+                ASSERT_EQ(drawn.depth[at], whole.depth[in_whole]) << x << ',' << y;
+                ASSERT_EQ(drawn.rgb[3 * at], whole.rgb[3 * in_whole]) << x << ',' << y;
+            }
+    }
+}
+
 // Splats of all sizes and attitudes, in view and out of it, before the eye, at it and behind it.
 TEST_P(SplatPainter, AgreesOnSplatsOfAnySizeAndPlace) {
     splat_test::Random random(5);
@@ -256,4 +278,4 @@ TEST_P(SplatPainter, DrawsTheSameFrameWithAnyNumberOfThreadsAndAfterAnyOther) {
     core::set_thread_count(0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Contexts, SplatPainter, testing::ValuesIn(gl_test::kContexts));
+INSTANTIATE_TEST_SUITE_P(Contexts, SplatPainter, testing::ValuesIn(gl_test::kDrawingContexts));

@@ -41,8 +41,8 @@ void put_near(const NearSplat& s, const geom::View& view, const Put& put) {
     const double pup = glm::dot(p, u);
     for (int y = s.y0; y <= s.y1; ++y)
         for (int x = s.x0; x <= s.x1; ++x) {
-            const glm::dvec3 d{(x + 0.5 - 0.5 * view.width) / view.focal_px,
-                               (y + 0.5 - 0.5 * view.height) / view.focal_px, 1};
+            const glm::dvec2 place = glm::dvec2(x + 0.5, y + 0.5) - view.principal();
+            const glm::dvec3 d(place / view.focal_px, 1);
             const glm::dvec3 m = glm::cross(d, p), k = glm::cross(n, m);
             const double nd = glm::dot(n, d), du = glm::dot(d, u), dad = c * glm::dot(d, d) + g * nd * nd;
             const double chord = dad * 1.00002 - c * glm::dot(m, m) - g * glm::dot(k, k);
@@ -61,7 +61,9 @@ void put_near(const NearSplat& s, const geom::View& view, const Put& put) {
 void for_each_fragment(const Splats& splats, const Put& put) {
     const render::SetupParams params(splats.view, splats.options);
     const Put put_between = [&](int x, int y, const Fragment& f) {
-        if (f.w >= double(params.least_w) && f.w <= double(params.most_w)) put(x, y, f);
+        if (!(f.w >= double(params.least_w) && f.w <= double(params.most_w))) return;
+        const int left = x - splats.view.margins.left, top = y - splats.view.margins.top;
+        if (left >= 0 && left < splats.view.width && top >= 0 && top < splats.view.height) put(left, top, f);
     };
     std::vector<NearSplat> near_splats;
     for (const std::vector<render::SplatBatch>& task : splats.tasks)
