@@ -46,7 +46,7 @@ struct Task {
 // The textures that `smooth` goes through.
 struct Smoothing {
     Texture front, normals, colours, lead, lead_depth;
-    Framebuffer front_target, sum_target, lead_target;
+    Framebuffer front_target, normal_target, sum_target, lead_target;
 
     explicit Smoothing(const Use& gl)
         : front(gl, kDepth),
@@ -55,12 +55,13 @@ struct Smoothing {
           lead(gl, kFloat),
           lead_depth(gl, kDepth),
           front_target(gl, {}, &front),
+          normal_target(gl, {&normals}, nullptr),
           sum_target(gl, {&normals, &colours}, nullptr),
           lead_target(gl, {&lead}, &lead_depth) {}
 
-    void grow(const Use& gl, int width, int height) {
-        for (Texture* texture : {&front, &normals, &colours, &lead, &lead_depth})
-            texture->grow(gl, width, height);
+    void grow(const Use& gl, int width, int height, bool with_colours) {
+        for (Texture* texture : {&front, &normals, &lead, &lead_depth}) texture->grow(gl, width, height);
+        if (with_colours) colours.grow(gl, width, height);
     }
 };
 
@@ -253,7 +254,9 @@ void SplatPainter::State::draw_nearest(const Use& gl, const Part& part) {
 void SplatPainter::State::draw_smooth(const Use& gl, const Part& part) {
     if (!smoothing) smoothing = std::make_unique<Smoothing>(gl);
     Smoothing& s = *smoothing;
-    s.grow(gl, part.width, part.height);
+    // Blending into floats is the dearest part in software.
+    const bool has_material = variant(SplatPass::sum, false).has_material();
+    s.grow(gl, part.width, part.height, has_material);
 
     s.front_target.bind(gl);
     clear_depth(gl);
@@ -261,9 +264,9 @@ void SplatPainter::State::draw_smooth(const Use& gl, const Part& part) {
     draw_splats(gl, part, SplatPass::front);
 
     s.front.bind(gl, 0);
-    s.sum_target.bind(gl);
+    (has_material ? s.sum_target : s.normal_target).bind(gl);
     clear_floats(gl, 0);
-    clear_floats(gl, 1);
+    if (has_material) clear_floats(gl, 1);
     gl->Disable(GL_DEPTH_TEST);
     gl->Enable(GL_BLEND);
     gl->BlendFunc(GL_ONE, GL_ONE);

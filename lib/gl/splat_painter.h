@@ -30,7 +30,8 @@ class SplatPainter final : public render::SplatPainter {
     void add(size_t task, const render::SplatBatch& batch) override;
     void end_task(size_t) override {}
 
-    // Throws core::Error where GL fails, as for want of memory: 36 bytes a splat, and up to 44 a pixel.
+    // Throws core::Error where GL fails, as for want of memory: 36 bytes a splat, twice, and of the picture,
+    // or the 4096 x 4096 of it that are drawn at a time, up to 60 a pixel.
     void finish(render::Frame& frame) override;
 
   private:

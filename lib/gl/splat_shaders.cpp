@@ -266,13 +266,17 @@ Fragment fragment_within_front() {
 
 constexpr const char* kSumPass = R"(
 layout(location = 0) out vec4 normals;
+#if HAS_MATERIAL
 layout(location = 1) out vec4 colours;
+#endif
 
 void main() {
     Fragment f = fragment_within_front();
     float weight = f.t * f.t;
     normals = weight * vec4(normal, 1);
+#if HAS_MATERIAL
     colours = weight * vec4(material, 1);
+#endif
 }
 )";
 
@@ -299,7 +303,7 @@ void main() {
     if (!(sum.w > 0.0)) discard;
     // Opposite normals may cancel to nothing; the pixel is then left with ambient light.
     vec3 normal = sum.xyz / sqrt(max(dot(sum.xyz, sum.xyz), 1.0e-30));
-#if HAS_COLOUR || SHADE == LEVEL
+#if HAS_MATERIAL
     vec3 material = texelFetch(colours, at, 0).rgb / sum.w;
 #else
     vec3 material = vec3(GREY);
@@ -321,6 +325,7 @@ std::string heading(const SplatVariant& v) {
     std::string text = shading_source(v.shade) + "#define SQUARE 0\n#define CIRCLE 1\n";
     text += core::text("#define KIND %d\n#define HAS_COLOUR %d\n#define HAS_LIMITS %d\n#define QUADS %d\n",
                        int(v.kind), int(v.has_colour), int(v.has_limits), int(v.quads));
+    text += core::text("#define HAS_MATERIAL %d\n", int(v.has_material()));
     text += core::text("#define EDGE %.9g\n#define GROWTH %.9g\n#define MIN_FLATNESS %.9g\n",
                        double(render::kEdge), double(render::kGrowth), double(render::kMinFlatness));
     text += core::text("#define MIN_CLEARANCE %.9g\n#define MIN_BOUNDED_CLEARANCE %.9g\n",

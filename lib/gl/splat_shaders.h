@@ -23,6 +23,10 @@ struct SplatVariant {
     bool has_colour;
     bool has_limits;  // near or far
     bool quads;       // rectangles, for splats that are large or near the eye, instead of points
+    // What is summed has colours of its own to be shaded with.
+    bool has_material() const {
+        return (has_colour || shade == render::Shade::level) && shade != render::Shade::normal;
+    }
     auto operator<=>(const SplatVariant&) const = default;
 };
 
