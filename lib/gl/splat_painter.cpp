@@ -157,7 +157,7 @@ void SplatPainter::add(size_t task_index, const render::SplatBatch& batch) {
         const bool is_clear = z > kClearRadii * radius;
         // At r = radius / z up to 1/2 an outline reaches no further than 2 r (1 + |t|) from its splat's
         // centre.
-        const float reach = 2 * radius * (z + std::max(std::abs(x), std::abs(y))) / (z * z);
+        const float reach = 2 * (radius / z) * (1 + std::max(std::abs(x), std::abs(y)) / z);
         const bool is_point = is_clear && 2 * reach * focal + 3 < most_point_px;
         (is_point ? task.points : task.quads)
             .push_back({{x, y, z, radius},
