@@ -2,8 +2,9 @@
 // exact.
 //
 // How it differs from render::MeshRaster: GL rounds vertices to some 1/256 px of what it draws, so that each
-// pixel is drawn as kSteps x kSteps and the middle one is taken; interpolates in single precision; and of
-// what is nearer to the eye than a millionth of the scene's extent nothing is drawn.
+// pixel is drawn as kSteps x kSteps and the middle one is taken (dragon at 1280 x 720: 81 dB from MeshRaster,
+// with one step 59); interpolates in single precision; and of what is nearer to the eye than a millionth of
+// the scene's extent nothing is drawn.
 #pragma once
 
 #include <memory>
