@@ -13,6 +13,7 @@
 #include "geom/path.h"
 #include "mesh/mesh.h"
 #include "qs-render/arguments.h"
+#include "qs-render/sources.h"
 #include "render/image.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
@@ -24,12 +25,12 @@ namespace {
 
 using core::text;
 using qs_render::Arguments;
+using qs_render::Models;
+using qs_render::Source;
 
-std::vector<geom::Camera> cameras_of(const Arguments& a, const splat::Model& model) {
-    if (a.path.empty()) {
-        const geom::Sphere bounds{model.header().origin, model.header().scale};
-        return {a.camera.camera(bounds, a.resolution[0] / a.resolution[1])};
-    }
+std::vector<geom::Camera> cameras_of(const Arguments& a, const Models& models) {
+    if (a.path.empty())
+        return {a.camera.camera(scene::bounds_of(models.placed()), a.resolution[0] / a.resolution[1])};
     const core::InputFile file(a.path);
     return geom::parse_path({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()},
                             file.name());
@@ -42,9 +43,9 @@ double frames_per_s(const Arguments& a, const std::vector<geom::Camera>& path) {
     return fps >= 0.001 && fps <= 1000 ? fps : geom::kDefaultFps;
 }
 
-std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const splat::Model& model) {
+std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const Models& models) {
     if (a.reference.empty()) return nullptr;
-    const bool has_colour = model.header().flags & (splat::kHasColour | splat::kConstantColour);
+    const bool has_colour = models.has_colour();
     auto reference =
         std::make_unique<scene::Reference>(mesh::read_mesh(a.reference).mesh, a.reference, has_colour);
     if (has_colour && !reference->has_colour())
@@ -63,18 +64,28 @@ scene::Backend open_backend(const Arguments& a) {
     }
 }
 
-void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat::Model& model,
-                 const std::vector<geom::Camera>& path, scene::Backend backend) {
-    core::Report report({a.source, a.path, a.reference});
+std::vector<std::string> inputs_of(const Arguments& a, const std::vector<Source>& sources) {
+    std::vector<std::string> inputs{a.path, a.reference};
+    for (const Source& source : sources) inputs.insert(inputs.end(), {source.file, source.transform_file});
+    return inputs;
+}
+
+void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const Models& models,
+                 const std::vector<std::string>& inputs, const std::vector<geom::Camera>& path,
+                 scene::Backend backend) {
+    core::Report report(inputs);
     render::FrameWriter writer(a.output, qs_render::format_of(a), frames_per_s(a, path));
-    const std::unique_ptr<scene::Reference> reference = reference_of(a, model);
-    scene::ModelPainter painter(model, std::move(backend.painter));
+    const std::unique_ptr<scene::Reference> reference = reference_of(a, models);
+    scene::ModelPainter painter(models.placed(), std::move(backend.painter));
+    if (draw.occlusion == scene::Occlusion::on && !painter.can_hide())
+        throw core::UsageError("--occlusion on: only the back end cpu can leave out what is hidden, not " +
+                               backend.name);
     render::Frame frame;
     core::Progress progress("frame", path.size());
     // The default is a wish that small models cannot meet; squares and circles have no bound to hold against
     // it; of a prefix has been warned.
     const bool warns_of_leaves =
-        a.threshold->count() > 0 && model.is_complete() &&
+        a.threshold->count() > 0 && models.are_complete() &&
         (draw.kind == render::SplatKind::ellipse || draw.kind == render::SplatKind::smooth);
     size_t coarse_count = 0;
     for (size_t i = 0; i < path.size(); ++i) {
@@ -93,7 +104,7 @@ void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat
             line.reference = reference->measure(view, draw.shade, draw.background, frame);
             line.reference_ms = watch.lap_ms();
         }
-        if (report.is_wanted()) report.write(scene::to_json(line, model));
+        if (report.is_wanted()) report.write(scene::to_json(line));
         coarse_count += warns_of_leaves && line.misses_threshold();
         progress.update(i + 1);
     }
@@ -106,17 +117,19 @@ void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const splat
 
 void run(const Arguments& a) {
     if (a.lists_backends) return core::print(scene::list_backends());
-    qs_render::check(a);
+    const std::vector<Source> sources = qs_render::parse_sources(a.sources);
+    qs_render::check(a, sources);
     const scene::DrawOptions draw = qs_render::draw_options(a);
-    const splat::Model model(a.source);
-    const std::vector<geom::Camera> path = cameras_of(a, model);
-    scene::check({a.output, a.depth, qs_render::format_of(a), a.report},
-                 std::array{a.source, a.path, a.reference}, path.size());
-    if (!model.is_complete())
-        core::warn(text("%s: holds %llu of %llu blocks; what is drawn is as fine as they are",
-                        model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),
-                        static_cast<unsigned long long>(model.header().block_count)));
-    draw_frames(a, draw, model, path, open_backend(a));
+    const Models models(sources);
+    const std::vector<geom::Camera> path = cameras_of(a, models);
+    const std::vector<std::string> inputs = inputs_of(a, sources);
+    scene::check({a.output, a.depth, qs_render::format_of(a), a.report}, inputs, path.size());
+    for (const splat::Model& model : models.all())
+        if (!model.is_complete())
+            core::warn(text("%s: holds %llu of %llu blocks; what is drawn is as fine as they are",
+                            model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),
+                            static_cast<unsigned long long>(model.header().block_count)));
+    draw_frames(a, draw, models, inputs, path, open_backend(a));
 }
 
 }  // namespace

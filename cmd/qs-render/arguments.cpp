@@ -1,5 +1,6 @@
 #include "qs-render/arguments.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -39,6 +40,9 @@ constexpr Word<render::Shade> kShadeWords[] = {{"lit", render::Shade::lit},
                                                {"normal", render::Shade::normal},
                                                {"level", render::Shade::level},
                                                {"flat", render::Shade::flat}};
+constexpr Word<scene::Occlusion> kOcclusionWords[] = {{"auto", scene::Occlusion::automatic},
+                                                     {"on", scene::Occlusion::on},
+                                                     {"off", scene::Occlusion::off}};
 constexpr Word<render::ImageFormat> kFormatWords[] = {{"png", render::ImageFormat::png},
                                                       {"ppm", render::ImageFormat::ppm},
                                                       {"y4m", render::ImageFormat::y4m},
@@ -75,7 +79,8 @@ glm::u8vec3 colour_of(const std::string& word) {
 void add_options(core::Program& program, Arguments& a) {
     CLI::App& app = program.options;
     CLI::Option* const source =
-        app.add_option("SOURCE", a.source, "Splat model, whole or a prefix of one; - for standard input")
+        app.add_option("SOURCE", a.sources,
+                       "Splat models, whole or prefixes; - is standard input; FILE@X,Y,Z moves one, see the manual")
             ->required();
     app.add_option("-o,--output", a.output, "Pictures: frame-%04d.png, one file, or - for a stream")
         ->type_name("NAME");
@@ -96,6 +101,8 @@ void add_options(core::Program& program, Arguments& a) {
     app.add_option("--shade", a.shade, "lit, normal, level or flat")->type_name("MODE");
     app.add_option("--background", a.background, "R,G,B, 0 to 255 each, or #rrggbb")->type_name("COLOUR");
     app.add_flag("--keep-backfaces", a.keep_backfaces, "Draw also what faces away");
+    app.add_option("--occlusion", a.occlusion, "Leave out what surfaces hide: auto, on or off")
+        ->type_name("WORD");
     app.add_option("--backend", a.backend, "What draws: cpu, osmesa, egl or auto")->type_name("NAME");
     // Asked for before what is required is missed.
     app.add_flag_callback(
@@ -119,6 +126,7 @@ scene::DrawOptions draw_options(const Arguments& a) {
     draw.kind = value_of("--splat", a.splat, kSplatWords);
     draw.shade = value_of("--shade", a.shade, kShadeWords);
     draw.background = colour_of(a.background);
+    draw.occlusion = value_of("--occlusion", a.occlusion, kOcclusionWords);
     return draw;
 }
 
@@ -131,13 +139,17 @@ scene::BackendKind backend_of(const Arguments& a) {
     return value_of("--backend", a.backend, kBackendWords);
 }
 
-void check(const Arguments& a) {
+void check(const Arguments& a, const std::vector<Source>& sources) {
     for (const double side : a.resolution)
         if (!(side >= 1 && side <= kMostPixels && side == std::floor(side)))
             throw UsageError(text("--resolution: %g is not a whole number from 1 to %g", side, kMostPixels));
     if (a.output.empty() && a.depth.empty() && a.report.empty())
         throw UsageError("nothing to write; give -o, --depth or --report");
-    if (a.source == "-" && a.path == "-") throw UsageError("SOURCE and --path are both standard input");
+    const auto is_stdin = [](const Source& source) { return source.file == "-"; };
+    if (std::any_of(sources.begin(), sources.end(), is_stdin) && a.path == "-")
+        throw UsageError("SOURCE and --path are both standard input");
+    if (!a.reference.empty() && (sources.size() > 1 || sources[0].is_placed))
+        throw UsageError("--reference: measures one model as it stands; draw it alone and without a transform");
     if (a.reference == "-") throw UsageError("--reference: must be a file");
     const std::string camera = a.camera.given();
     if (!a.path.empty() && !camera.empty())

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "core/program.h"
 #include "qs-render/camera_options.h"
+#include "qs-render/sources.h"
 #include "render/image.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
@@ -14,13 +16,14 @@ namespace qs_render {
 
 // All that the command line can say.
 struct Arguments {
-    std::string source, path, output, format, depth, reference, report;
+    std::vector<std::string> sources;
+    std::string path, output, format, depth, reference, report;
     CameraOptions camera;
     std::array<double, 2> resolution{1280, 720};
     double threshold_px = 1, threshold_diameter_px = kNotGiven, fps = kNotGiven;
     CLI::Option* threshold = nullptr;
     bool keep_backfaces = false;
-    std::string splat = "smooth", shade = "lit", background = "0,0,0";
+    std::string splat = "smooth", shade = "lit", background = "0,0,0", occlusion = "auto";
     std::string backend = "auto";
     bool lists_backends = false;  // and does nothing else
 
@@ -29,8 +32,8 @@ struct Arguments {
 
 void add_options(core::Program& program, Arguments& arguments);
 
-// What can be told without reading anything.  Throws core::UsageError.
-void check(const Arguments& arguments);
+// What can be told without reading models.  Throws core::UsageError.
+void check(const Arguments& arguments, const std::vector<Source>& sources);
 
 // These throw core::UsageError for words that they do not know.
 scene::DrawOptions draw_options(const Arguments& arguments);

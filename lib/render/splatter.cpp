@@ -57,7 +57,8 @@ struct Splatter::State {
     TileBins* take_bins();
     void sort_runs();
     void fill_background(const TileJob& job, Frame& frame) const;
-    void draw(size_t tile, Frame& frame);
+    void finish(Frame& frame, geom::OcclusionMap* map);
+    void draw(size_t tile, Frame& frame, geom::OcclusionMap* map);
 };
 
 Splatter::Splatter() : state_(std::make_unique<State>()) {}
@@ -141,7 +142,20 @@ void Splatter::State::fill_background(const TileJob& job, Frame& frame) const {
     }
 }
 
-void Splatter::State::draw(size_t tile, Frame& frame) {
+// Tiles are made of whole blocks of the map.
+static_assert(kTileWidth % geom::OcclusionMap::kBlock == 0 && kTileHeight % geom::OcclusionMap::kBlock == 0);
+
+// Of the map's blocks in the tile, by a pixel of each that lies in the raster.
+template <class Test>
+bool any_block(const TileJob& job, const Test& test) {
+    constexpr int kBlock = geom::OcclusionMap::kBlock;
+    for (int y = job.top; y < job.bottom; y = (y / kBlock + 1) * kBlock)
+        for (int x = job.left; x < job.right; x = (x / kBlock + 1) * kBlock)
+            if (test(job.x0 + x, job.y0 + y)) return true;
+    return false;
+}
+
+void Splatter::State::draw(size_t tile, Frame& frame, geom::OcclusionMap* map) {
     const geom::Margins& outside = params.view.margins;
     TileJob job;
     job.x0 = (grid.left + int(tile % size_t(grid.across))) * kTileWidth;
@@ -156,21 +170,29 @@ void Splatter::State::draw(size_t tile, Frame& frame) {
     const size_t end = tile + 2 < run_begins.size() ? run_begins[tile + 2] : runs.size();
     job.runs = std::span(runs).subspan(begin, end - begin);
     job.near_splats = near_splats;
-    if (job.runs.empty() && job.near_splats.empty()) return fill_background(job, frame);
+    if (map && map->is_repeated()) {
+        if (!any_block(job, [&](int x, int y) { return map->is_unproven(x, y); })) return;
+        job.map = map;
+    } else if (map && any_block(job, [&](int x, int y) { return map->limit(x, y) > 0; })) {
+        job.map = map;
+    }
+    if (job.runs.empty() && job.near_splats.empty() && !job.map) return fill_background(job, frame);
     draw_tile(params, job, scratches.local(), frame);
 }
 
-void Splatter::finish(Frame& frame) {
-    State& s = *state_;
-    const geom::View& view = s.params.view;
+void Splatter::finish(Frame& frame) { state_->finish(frame, nullptr); }
+void Splatter::finish(Frame& frame, geom::OcclusionMap& map) { state_->finish(frame, &map); }
+
+void Splatter::State::finish(Frame& frame, geom::OcclusionMap* map) {
+    const geom::View& view = params.view;
     const size_t pixels = size_t(view.width) * size_t(view.height);
     // Every pixel is written below; clearing them first would cost a tenth of a frame.
     if (frame.width != view.width || frame.height != view.height || frame.depth.size() != pixels ||
         frame.rgb.size() != 3 * pixels) {
         frame.resize(view.width, view.height);
     }
-    s.sort_runs();
-    core::parallel_for(s.grid.count(), [&](size_t tile) { s.draw(tile, frame); });
+    sort_runs();
+    core::parallel_for(grid.count(), [&](size_t tile) { draw(tile, frame, map); });
 }
 
 }  // namespace render

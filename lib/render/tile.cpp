@@ -52,6 +52,7 @@ struct Surface {
 // that of overlapping splats the one with the nearer centre wins.  The result does not depend on the order.
 struct Nearest {
     enum Plane { kKey, kDepth, kColour, kPlanes };
+    static constexpr int kFront = kKey, kProof = kDepth;
 
     const U du;
     hn::Vec<U> colour;
@@ -88,6 +89,7 @@ struct Blend {
     enum Plane { kFront, kWeight, kLargest, kDepth, kPayload };
     static constexpr int kColourPlane = kPayload + (kNormals ? 3 : 0);
     static constexpr int kPlanes = kColourPlane + (kColours ? 3 : 0);
+    static constexpr int kProof = kWeight;
     static_assert(kPlanes <= kMaxPlanes);
 
     V nx, ny, nz;
@@ -319,6 +321,16 @@ HWY_INLINE void write_rgb_row(const uint32_t* packed, int first, int width, uint
 #endif
 }
 
+// One row of the tile, where its blocks are unproven; `at`: its first pixel in the frame.
+void write_unproven(const TileJob& job, int y, const float* depths, const uint32_t* colours, size_t at,
+                    Frame& frame) {
+    for (int x = job.left; x < job.right; ++x, ++at) {
+        if (!job.map->is_unproven(job.x0 + x, job.y0 + y)) continue;
+        frame.depth[at] = depths[x];
+        for (size_t c = 0; c < 3; ++c) frame.rgb[3 * at + c] = uint8_t(colours[x] >> (8 * c));
+    }
+}
+
 // Shades the tile's pixels and writes them out.
 template <class Pixel>
 void resolve(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
@@ -352,6 +364,10 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
         }
         for (int row = std::max(job.top - y, 0); row < std::min(job.bottom - y, kBlockSize); ++row) {
             const size_t at = job.frame_at + size_t(y + row - job.top) * size_t(frame.width);
+            if (job.map && job.map->is_repeated()) {
+                write_unproven(job, y + row, depths + row * kTileWidth, colours + row * kTileWidth, at, frame);
+                continue;
+            }
             std::memcpy(frame.depth.data() + at, depths + row * kTileWidth + job.left,
                         sizeof(float) * size_t(width));
             write_rgb_row(colours + row * kTileWidth, job.left, width, frame.rgb.data() + at * 3);
@@ -369,6 +385,57 @@ void clear(float* state) {
     }
 }
 
+// Blocks that reach into the raster, each by its offset in the tile.
+template <class Body>
+HWY_INLINE void for_blocks(const TileJob& job, const Body& body) {
+    for (int y = job.top / kBlockSize * kBlockSize; y < job.bottom; y += kBlockSize)
+        for (int x = job.left / kBlockSize * kBlockSize; x < job.right; x += kBlockSize) body(x, y);
+}
+
+HWY_INLINE size_t block_index(int x, int y) {
+    return size_t(y / kBlockSize * kBlocksAcross + x / kBlockSize);
+}
+
+// Where something is hidden, pixels begin as if the nearest of it had been drawn already, but with what is no
+// number for what it looks like.  Say no fragment of what is hidden has w + push above the limit, and take any
+// order in which it might have come between the others.  A fragment that starts such a pixel afresh would
+// have done so with the hidden ones, too, which have no larger w than the limit.  From then on both pixels are the
+// same: w is beyond the limit, so a hidden fragment would not have counted.  Whereas one that is not
+// started afresh stays no number.  With Nearest the same goes for the key, which is below w.
+template <class Pixel>
+void hide(const TileJob& job, float* limits, float* state) {
+    const F d;
+    for_blocks(job, [&](int x, int y) HWY_ATTR {
+        const int in_x = std::max(x, job.left), in_y = std::max(y, job.top);  // in the raster
+        const float limit = job.map->limit(job.x0 + in_x, job.y0 + in_y);
+        limits[block_index(x, y)] = limit;
+        if (!(limit > 0)) return;
+        float* at = block_at<Pixel>(state, x / kBlockSize, y / kBlockSize);
+        for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
+            hn::Store(hn::Set(d, limit), d, at + Pixel::kFront * kBlockPixels + lane);
+            hn::Store(hn::NaN(d), d, at + Pixel::kProof * kBlockPixels + lane);
+        }
+    });
+}
+
+// Marks the blocks where a pixel of the raster was never started afresh.
+template <class Pixel>
+void prove(const TileJob& job, const float* limits, float* state) {
+    const F d;
+    for_blocks(job, [&](int x, int y) HWY_ATTR {
+        if (!(limits[block_index(x, y)] > 0)) return;
+        const float* at = block_at<Pixel>(state, x / kBlockSize, y / kBlockSize) + Pixel::kProof * kBlockPixels;
+        for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
+            const V px = hn::Add(hn::Load(d, kLaneX + lane), hn::Set(d, float(x)));
+            const V py = hn::Add(hn::Load(d, kLaneY + lane), hn::Set(d, float(y)));
+            const M in_x = hn::And(hn::Ge(px, hn::Set(d, float(job.left))), hn::Lt(px, hn::Set(d, float(job.right))));
+            const M in_y = hn::And(hn::Ge(py, hn::Set(d, float(job.top))), hn::Lt(py, hn::Set(d, float(job.bottom))));
+            if (!hn::AllFalse(d, hn::And(hn::And(in_x, in_y), hn::IsNaN(hn::Load(d, at + lane)))))
+                job.map->mark_unproven(job.x0 + std::max(x, job.left), job.y0 + std::max(y, job.top));
+        }
+    });
+}
+
 // Chunks are small and apart, and another processor may have filled them.
 HWY_INLINE void fetch_ahead(const TileRun& run) {
     constexpr uint32_t kLine = 16;
@@ -381,6 +448,8 @@ HWY_INLINE void fetch_ahead(const TileRun& run) {
 template <class Pixel, bool kSquare>
 void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
     clear<Pixel>(scratch.state);
+    const bool lacks_hidden = job.map && !job.map->is_repeated();
+    if (lacks_hidden) hide<Pixel>(job, scratch.limits, scratch.state);
     for (const NearSplat& splat : job.near_splats) draw_near_splat<Pixel>(splat, params, job, scratch.state);
     for (const TileRun& run : job.runs) {
         if (&run != &job.runs.back()) fetch_ahead((&run)[1]);
@@ -389,6 +458,7 @@ void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scr
             set_up_splats(params, *run.chunk, run.count, scratch.records, scratch.near_splats);
         for (size_t i = 0; i < count; ++i) draw_splat<Pixel, kSquare>(scratch.records[i], params, job, scratch.state);
     }
+    if (lacks_hidden) prove<Pixel>(job, scratch.limits, scratch.state);
     resolve<Pixel>(params, job, scratch.state, frame);
 }
 

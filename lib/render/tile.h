@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <span>
 
+#include "geom/occlusion.h"
 #include "render/splat_record.h"
 
 namespace render {
@@ -25,6 +26,8 @@ struct TileJob {
     size_t frame_at;               // pixel of the frame that its (left, top) is
     std::span<const TileRun> runs;
     std::span<const NearSplat> near_splats;
+    // Of what is not among these because it is hidden; null: nothing is.
+    geom::OcclusionMap* map = nullptr;
 };
 
 // What a thread draws with; contents of no matter.
@@ -32,10 +35,12 @@ struct TileScratch {
     alignas(64) float state[kTileStateFloats];
     SplatRecord records[SplatChunk::kCapacity];
     std::vector<NearSplat> near_splats;
+    // By block of pixels: nearest inverse depth of what is hidden there; 0: nothing is.
+    float limits[size_t(kTileWidth / kBlockSize) * (kTileHeight / kBlockSize)];
 };
 
-// Writes the tile's pixels to `frame`, which has the view's size already.  Different tiles may be drawn
-// at once.
+// Writes the tile's pixels to `frame`, which has the view's size already.  Different tiles may be drawn at once.
+// With a map: marks its blocks where what is hidden may show; once it is repeated, writes those only.
 void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame);
 
 // What the machine's vectors are called, "AVX2" say.

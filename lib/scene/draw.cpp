@@ -1,6 +1,7 @@
 #include "scene/draw.h"
 
-#include <chrono>
+#include <algorithm>
+#include <atomic>
 #include <limits>
 #include <utility>
 
@@ -9,28 +10,121 @@
 
 namespace scene {
 
-ModelPainter::ModelPainter(const splat::Model& model, std::unique_ptr<render::SplatPainter> painter)
-    : model_(model), cut_(model), painter_(std::move(painter)) {}
+namespace {
 
-DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options, render::Frame& frame) {
-    DrawReport report;
-    core::Stopwatch watch;
-    const size_t tasks = cut_.begin(view, options.cut);
-    const bool has_colour = model_.header().flags & (splat::kHasColour | splat::kConstantColour);
-    painter_->begin(
-        view, {options.kind, options.shade, has_colour, options.background, model_.header().scale}, tasks);
-    core::parallel_for(tasks, [&](size_t task) {
-        cut_.run(task, [&](const geom::SplatBatch& batch) { painter_->add(task, batch); });
+// Of the first outline's nodes, a part of this size must be hidden; some three times as many splats are then.
+constexpr double kLeastHidden = 0.02;
+
+}  // namespace
+
+geom::Sphere bounds_of(std::span<const PlacedModel> models) {
+    geom::Sphere all = models[0].bounds();
+    for (const PlacedModel& model : models.subspan(1)) all = geom::sphere_around(all, model.bounds());
+    return all;
+}
+
+ModelPainter::ModelPainter(const std::vector<PlacedModel>& models, Painter painter)
+    : unit_(0), painter_(std::move(painter)), prover_(dynamic_cast<render::Splatter*>(painter_.get())) {
+    for (const PlacedModel& placed : models) {
+        const splat::Header& header = placed.model->header();
+        const double scale = header.scale * placed.world_from_model.scale;
+        parts_.push_back({placed, std::make_unique<splat::Cut>(*placed.model), scale});
+        unit_ = std::max(unit_, scale);
+        has_colour_ = has_colour_ || header.flags & (splat::kHasColour | splat::kConstantColour);
+    }
+}
+
+template <class Body>
+void ModelPainter::for_tasks(const Body& body) {
+    core::parallel_for(task_count_, [&](size_t task) {
+        const auto after = [](size_t t, const Part& part) { return t < part.first_task; };
+        Part& part = *(std::upper_bound(parts_.begin(), parts_.end(), task, after) - 1);
+        body(part, task - part.first_task, task);
+    });
+}
+
+render::SplatterOptions ModelPainter::splatter_options(const DrawOptions& options) const {
+    return {options.kind, options.shade, has_colour_, options.background, unit_};
+}
+
+void ModelPainter::begin(const geom::View& view, const DrawOptions& options) {
+    task_count_ = 0;
+    for (Part& part : parts_) {
+        part.first_task = task_count_;
+        task_count_ += part.cut->begin(geom::view_in(part.placed.world_from_model, view), options.cut,
+                                       part.scale / unit_);
+    }
+    painter_->begin(view, splatter_options(options), task_count_);
+}
+
+// Shows the map the models' next levels; returns what part of their nodes it hides.
+double ModelPainter::outline() {
+    for_tasks([&](Part& part, size_t task, size_t) { part.cut->outline(task, map_); });
+    map_.build();
+    std::atomic<size_t> waiting{0}, hidden{0};
+    for_tasks([&](Part& part, size_t task, size_t) {
+        const splat::Cut::Sifted sifted = part.cut->sift(task, map_);
+        waiting += sifted.waiting, hidden += sifted.hidden;
+    });
+    return waiting == 0 ? 0 : double(hidden) / double(waiting);
+}
+
+// Whether what the map hides is to be left out.
+bool ModelPainter::finds_hidden(const geom::View& view, Occlusion occlusion) {
+    if (occlusion == Occlusion::off || !prover_) return false;
+    map_.begin(view, unit_);
+    if (outline() < kLeastHidden && occlusion == Occlusion::automatic) return false;
+    outline();
+    return true;
+}
+
+void ModelPainter::walk(geom::OcclusionMap* map) {
+    for_tasks([&](Part& part, size_t part_task, size_t task) {
+        part.cut->run(
+            part_task, [&](const geom::SplatBatch& batch) { painter_->add(task, batch); }, map);
         painter_->end_task(task);
     });
-    report.traverse_ms = watch.lap_ms();
-    painter_->finish(frame);
-    report.draw_ms = watch.lap_ms();
-    report.counts = cut_.counts();
+}
+
+void ModelPainter::repeat_unproven(const geom::View& view, const DrawOptions& options, render::Frame& frame) {
+    map_.begin_repeat();
+    prover_->begin(view, splatter_options(options), task_count_);
+    walk(&map_);
+    prover_->finish(frame, map_);
+}
+
+DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options, render::Frame& frame) {
+    core::Stopwatch watch;
+    begin(view, options);
+    const bool leaves_out = finds_hidden(view, options.occlusion);
+    walk(leaves_out ? &map_ : nullptr);
+    const double traverse_ms = watch.lap_ms();
+    if (leaves_out) {
+        prover_->finish(frame, map_);
+        if (map_.has_unproven()) repeat_unproven(view, options, frame);
+    } else {
+        painter_->finish(frame);
+    }
+    DrawReport done = report();
+    done.traverse_ms = traverse_ms;
+    done.draw_ms = watch.lap_ms();
     // The bound is that of the ellipsoids.  A square or a disc that faces the screen reaches beyond its own.
     if (options.kind == render::SplatKind::square || options.kind == render::SplatKind::circle)
-        report.counts.error_bound_px = std::numeric_limits<double>::infinity();
-    return report;
+        done.counts.error_bound_px = std::numeric_limits<double>::infinity();
+    return done;
+}
+
+DrawReport ModelPainter::report() const {
+    DrawReport sum;
+    for (const Part& part : parts_) {
+        const splat::Model& model = *part.placed.model;
+        const splat::CutCounts counts = part.cut->counts();
+        sum.counts.add(counts);
+        sum.bytes_touched += counts.blocks_touched * model.header().block_size;
+        sum.model_blocks += model.header().block_count;
+        sum.model_blocks_present += model.blocks_present();
+    }
+    return sum;
 }
 
 }  // namespace scene

@@ -1,9 +1,14 @@
-// Drawing a model: its cut for a view, splatted into a frame.
+// Drawing models: their cuts for a view, splatted into one frame.
 #pragma once
 
 #include <memory>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "geom/camera.h"
+#include "geom/occlusion.h"
+#include "geom/similarity.h"
 #include "render/frame.h"
 #include "render/splatter.h"
 #include "splat/cut.h"
@@ -11,33 +16,84 @@
 
 namespace scene {
 
+// Whether what surfaces hide is left out.  automatic: in frames where the models' upper levels show that it
+// pays. No picture depends on it.  Only render::Splatter can prove what is hidden: other painters draw all.
+enum class Occlusion { automatic, on, off };
+
 struct DrawOptions {
     splat::CutOptions cut;
     render::SplatKind kind = render::SplatKind::smooth;
     render::Shade shade = render::Shade::lit;
     glm::u8vec3 background{0, 0, 0};
+    Occlusion occlusion = Occlusion::automatic;
 };
 
 // What a frame cost.
 struct DrawReport {
-    splat::CutCounts counts;  // error_bound_px: infinity for squares and circles, which leave the ellipsoids
-    double traverse_ms = 0;   // cut, and handing its splats to the painter
-    double draw_ms = 0;       // set-up, drawing and shading
+    // Sums over the models; error_bound_px: the largest, infinity for squares and circles, which leave the
+    // ellipsoids.
+    splat::CutCounts counts;
+    uint64_t bytes_touched = 0;  // the blocks' size
+    uint64_t model_blocks = 0, model_blocks_present = 0;
+    double traverse_ms = 0;  // cut, and handing its splats to the painter
+    double draw_ms = 0;      // set-up, drawing and shading
 };
 
-// Draws one model again and again; buffers are kept from frame to frame.
+// A model in the world.
+struct PlacedModel {
+    const splat::Model* model;
+    geom::Similarity world_from_model{};
+
+    geom::Sphere bounds() const {
+        return geom::placed({model->header().origin, model->header().scale}, world_from_model);
+    }
+};
+
+// Around all of them; there is one at least.
+geom::Sphere bounds_of(std::span<const PlacedModel> models);
+
+// Draws one or more models again and again; buffers are kept from frame to frame.  Grey models among coloured
+// ones are of the colour (230, 230, 230).
 class ModelPainter {
   public:
-    // `model` lives longer.  `painter`: of the back end that is to draw; not null.
-    explicit ModelPainter(const splat::Model& model, std::unique_ptr<render::SplatPainter> painter =
-                                                         std::make_unique<render::Splatter>());
+    using Painter = std::unique_ptr<render::SplatPainter>;
+
+    // The models live longer; there is one at least.  `painter`: of the back end that is to draw; not null.
+    explicit ModelPainter(const std::vector<PlacedModel>& models,
+                          Painter painter = std::make_unique<render::Splatter>());
+    explicit ModelPainter(const splat::Model& model, Painter painter = std::make_unique<render::Splatter>())
+        : ModelPainter(std::vector{PlacedModel{&model}}, std::move(painter)) {}
+    // Whether the painter is one that can leave out what is hidden.
+    bool can_hide() const { return prover_; }
     // Depths are in world units.
     DrawReport draw(const geom::View& view, const DrawOptions& options, render::Frame& frame);
 
   private:
-    const splat::Model& model_;
-    splat::Cut cut_;
-    std::unique_ptr<render::SplatPainter> painter_;
+    struct Part {
+        PlacedModel placed;
+        std::unique_ptr<splat::Cut> cut;
+        double scale;           // world units in a unit of the model
+        size_t first_task = 0;  // of the frame's
+    };
+
+    void begin(const geom::View& view, const DrawOptions& options);
+    double outline();
+    bool finds_hidden(const geom::View& view, Occlusion occlusion);
+    void walk(geom::OcclusionMap* map);
+    void repeat_unproven(const geom::View& view, const DrawOptions& options, render::Frame& frame);
+    render::SplatterOptions splatter_options(const DrawOptions& options) const;
+    DrawReport report() const;
+    // body(part, task of the part, task of the frame), in parallel.
+    template <class Body>
+    void for_tasks(const Body& body);
+
+    std::vector<Part> parts_;
+    double unit_;  // world units in a unit of the splats: that of the largest model
+    bool has_colour_ = false;
+    size_t task_count_ = 0;
+    Painter painter_;
+    render::Splatter* prover_;  // the painter, if it is one that can prove what is hidden
+    geom::OcclusionMap map_;
 };
 
 }  // namespace scene

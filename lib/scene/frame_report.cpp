@@ -25,7 +25,7 @@ void add_reference(core::Json& json, const ReferenceMeasures& measures) {
 
 }  // namespace
 
-core::Json to_json(const FrameReport& report, const splat::Model& model) {
+core::Json to_json(const FrameReport& report) {
     const splat::CutCounts& counts = report.draw.counts;
     core::Json json;
     json["frame"] = report.frame;
@@ -38,16 +38,18 @@ core::Json to_json(const FrameReport& report, const splat::Model& model) {
     ms["total"] = rounded(report.draw.traverse_ms + report.draw.draw_ms + report.write_ms);
     if (report.reference) ms["reference"] = rounded(report.reference_ms);
     json["nodes_visited"] = counts.nodes_visited;
-    json["nodes_culled"] = {{"frustum", counts.frustum_culled}, {"backface", counts.backface_culled}};
+    json["nodes_culled"] = {{"frustum", counts.frustum_culled},
+                            {"backface", counts.backface_culled},
+                            {"occlusion", counts.occlusion_culled}};
     json["splats"] = counts.splats;
     const bool by_error = report.cut.by == splat::CutBy::error;
     json[by_error ? "threshold_px" : "threshold_diameter_px"] = report.cut.threshold_px;
     json["error_bound_px"] = counts.error_bound_px;
     json["blocks_touched"] = counts.blocks_touched;
-    json["bytes_touched"] = counts.blocks_touched * model.header().block_size;
+    json["bytes_touched"] = report.draw.bytes_touched;
     json["groups_missing"] = counts.groups_missing;
-    json["model_blocks"] = model.header().block_count;
-    json["model_blocks_present"] = model.blocks_present();
+    json["model_blocks"] = report.draw.model_blocks;
+    json["model_blocks_present"] = report.draw.model_blocks_present;
     if (report.reference) add_reference(json, *report.reference);
     return json;
 }

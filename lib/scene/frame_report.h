@@ -31,6 +31,6 @@ struct FrameReport {
 };
 
 // Infinite measures become null when they are written.
-core::Json to_json(const FrameReport& report, const splat::Model& model);
+core::Json to_json(const FrameReport& report);
 
 }  // namespace scene

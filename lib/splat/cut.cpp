@@ -38,6 +38,7 @@ struct CutView {
     glm::dvec3 pivot{0};
     float pivot_depth = 0;
     float focal = 1;
+    float unit = 1;  // of the splats that are handed out
     glm::vec3 right{0}, down{0}, forward{0};
     Sides sides;  // of the picture for the top, of the raster below it
     Sides raster_sides;
@@ -57,6 +58,7 @@ struct Opening {
     int16_t cone;
     uint8_t children;
     bool is_inside;  // wholly inside the four sides, those of the picture for the top and of the raster below
+    bool may_hide = true;  // part of it may be hidden
     uint32_t slot;   // of its first child, in `block`
     uint64_t block;
 };
@@ -66,7 +68,7 @@ struct Opening {
 struct Chunk {
     static constexpr int kNodes = 128;
     static constexpr int kLanes = kNodes + kMaxLanes;  // the last vector may reach beyond the nodes
-    static constexpr uint32_t kChildrenMissing = 16, kParentInside = 32;
+    static constexpr uint32_t kChildrenMissing = 16, kParentInside = 32, kParentMayHide = 64;
 
     int count = 0;
     alignas(64) std::array<uint32_t, kLanes> code;   // attitude, and place in the high half
@@ -156,6 +158,8 @@ HWY_INLINE void TakeGroups(std::span<const Opening> parents, const BlockView& bl
     for (size_t g = 0; g < parents.size(); ++g) {
         const Opening& parent = parents[g];
         const ShapesFrom shapes = block.shapes_from(parent.slot);
+        const uint32_t of_parent =
+            (parent.is_inside ? Chunk::kParentInside : 0u) | (parent.may_hide ? Chunk::kParentMayHide : 0u);
         for (uint32_t k = 0; k < parent.children; k += uint32_t(hn::Lanes(d))) {
             const auto to = size_t(chunk.count) + k;
             const auto lane = hn::Iota(du, k);
@@ -168,7 +172,7 @@ HWY_INLINE void TakeGroups(std::span<const Opening> parents, const BlockView& bl
                 hn::Set(du, 15u));
             const auto missing = hn::And(hn::Shr(hn::Set(du, chunk.missing[g]), lane), hn::Set(du, 1u));
             const auto flags = hn::Or(hn::Mul(missing, hn::Set(du, Chunk::kChildrenMissing)),
-                                      hn::Set(du, parent.is_inside ? Chunk::kParentInside : 0u));
+                                      hn::Set(du, of_parent));
             hn::StoreU(hn::Or(shape, flags), du, &chunk.shape[to]);
             hn::StoreU(hn::Add(hn::Set(du, parent.slot), lane), du, &chunk.slot[to]);
             if (block.colour())
@@ -316,9 +320,12 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         const V3 shown{hn::Mul(n.x, sign), hn::Mul(n.y, sign), hn::Mul(n.z, sign)};
         // Compressed in the register, then stored whole: compressing stores are slow on some processors.
         const auto put = [&](V value, float* channel) { hn::StoreU(hn::Compress(value, drawn), d, channel + to); };
-        put(Dot(Set3(d, view.right), at), batch.x), put(Dot(Set3(d, view.down), at), batch.y), put(z, batch.z);
+        const V unit = hn::Set(d, view.unit);
+        put(hn::Mul(Dot(Set3(d, view.right), at), unit), batch.x);
+        put(hn::Mul(Dot(Set3(d, view.down), at), unit), batch.y);
+        put(hn::Mul(z, unit), batch.z);
         put(Dot(Set3(d, view.right), shown), batch.nx), put(Dot(Set3(d, view.down), shown), batch.ny), put(Dot(forward, shown), batch.nz);
-        put(radius, batch.radius), put(flat, batch.flatness);
+        put(hn::Mul(radius, unit), batch.radius), put(flat, batch.flatness);
         if (view.has_colour)
             hn::StoreU(hn::Compress(DecodeColour(hn::Load(du, &chunk.colour[i])), hn::RebindMask(du, drawn)),
                        du, batch.colour + to);
@@ -345,6 +352,11 @@ namespace {
 // The top ends where this many nodes wait to be opened; twice as many cut the dragon into 1216 tasks, whose
 // short levels fill vectors badly and took 10 % more of a frame.
 constexpr size_t kTasks = 128;
+// Levels are outlined until half of their nodes are smaller than this.  The first outline tells whether there is
+// much to hide, for 1 % of the dragon's frame (100 px: 2 %); the second hides two to five times as much.  40 px alone
+// would hide a twentieth more, and cost frames with nothing to hide 8 %.
+constexpr float kOutlinePx[] = {140, 40};
+constexpr size_t kOutlines = std::size(kOutlinePx);
 constexpr uint32_t kLineNodes = 32;   // nodes in a cache line of a channel
 constexpr size_t kCachedBlocks = 64;  // a thread's opened blocks, by number modulo this
 
@@ -354,6 +366,7 @@ struct Walker {
     std::vector<Opening> level, next;
     Chunk chunk;
     geom::SplatBatch batch;
+    std::vector<geom::OcclusionMap::Surface> surfaces;
 
     BlockView& open_block(const Model& model, uint64_t number) {
         BlockView& view = blocks[number % kCachedBlocks];
@@ -377,6 +390,41 @@ Sides sides_of(const geom::View& view, double depth) {
     }
     return sides;
 }
+
+// What outlining came to: the nodes that wait to be opened, and the splats of the levels above them.
+struct Outline {
+    struct Splat {
+        float x, y, z, radius, nx, ny, nz, flatness;
+        uint32_t colour;
+    };
+    std::vector<Opening> level;
+    std::vector<Splat> splats;
+    std::vector<geom::OcclusionMap::Sight> sights;  // of the level, once it is sifted
+
+    void keep(const geom::SplatBatch& b) {
+        for (int i = 0; i < b.count; ++i)
+            splats.push_back({b.x[i], b.y[i], b.z[i], b.radius[i], b.nx[i], b.ny[i], b.nz[i], b.flatness[i],
+                              b.colour[i]});
+    }
+    template <class Sink>
+    void hand_out(geom::SplatBatch& batch, const Sink& sink) const {
+        for (const Splat& s : splats) {
+            if (batch.count == geom::SplatBatch::kCapacity) sink(batch), batch.count = 0;
+            const int i = batch.count++;
+            batch.x[i] = s.x, batch.y[i] = s.y, batch.z[i] = s.z, batch.radius[i] = s.radius;
+            batch.nx[i] = s.nx, batch.ny[i] = s.ny, batch.nz[i] = s.nz, batch.flatness[i] = s.flatness;
+            batch.colour[i] = s.colour;
+        }
+    }
+};
+
+// The outlines of a task in this frame, each of what the one before left.
+struct TaskOutlines {
+    std::array<Outline, kOutlines> of;
+    int count = 0;
+
+    Outline& last() { return of[size_t(count - 1)]; }
+};
 
 CutView make_cut_view(const Model& model, const geom::View& view, const CutOptions& options) {
     const Header& h = model.header();
@@ -414,11 +462,14 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
 
 void CutCounts::add(const CutCounts& o) {
     nodes_visited += o.nodes_visited, frustum_culled += o.frustum_culled, backface_culled += o.backface_culled;
+    occlusion_culled += o.occlusion_culled;
     splats += o.splats, blocks_touched += o.blocks_touched, groups_missing += o.groups_missing;
     error_bound_px = std::max(error_bound_px, o.error_bound_px);
 }
 
 struct Cut::State {
+    using Sight = geom::OcclusionMap::Sight;
+
     explicit State(const Model& m) : model(m), touched(std::make_unique<std::atomic<uint8_t>[]>(m.blocks_present())) {}
 
     const Model& model;
@@ -434,12 +485,18 @@ struct Cut::State {
     tbb::enumerable_thread_specific<Walker> walkers;
     std::unique_ptr<std::atomic<uint8_t>[]> touched;  // by block: the frame it was last used in
     uint8_t frame = 0;
+    std::vector<TaskOutlines> outlines;  // by task
+
+    void add(const CutCounts& c) {
+        const std::scoped_lock lock(mutex);
+        counts.add(c);
+    }
 
     // Opens nodes whose groups lie in one block: the groups are cut, drawn nodes go to the batch, the others
     // to push(opening, offset).
     template <class Push>
     void open(std::span<const Opening> nodes, Walker& walker, geom::SplatBatch& batch, CutCounts& c,
-              const Push& push) {
+              geom::OcclusionMap* map, const Push& push) {
         const uint64_t number = nodes[0].block;
         BlockView& block = walker.open_block(model, number);
         if (touched[number].exchange(frame, std::memory_order_relaxed) != frame) ++c.blocks_touched;
@@ -453,22 +510,41 @@ struct Cut::State {
         GroupAt asked{~uint64_t{0}, 0};
         for (uint32_t i = 0; i < chunk.open_count; ++i) {
             const size_t k = chunk.open[i];
+            const bool is_looked_at = map && chunk.shape[k] & Chunk::kParentMayHide;
+            const glm::vec3 at(chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]);
+            const Sight sight = is_looked_at ? look(at, chunk.radius[k], *map) : Sight::clear;
+            if (sight == Sight::hidden) {
+                // A repeated walk leaves out what is not hidden, or was counted before.
+                c.occlusion_culled += !map->is_repeated();
+                continue;
+            }
             const GroupAt group = block.group_of(chunk.slot[k]);
             if (group.block < number || (group.block == number && group.slot <= chunk.slot[k]))
                 model.fault(number, "a node's children stand before it");
             // Groups follow each other: most lie in lines that were asked for already.
             if (group.block != asked.block || group.slot / kLineNodes != asked.slot / kLineNodes)
                 model.prefetch(asked = group);
-            push(Opening{{chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]},
+            push(Opening{at,
                          chunk.radius[k],
                          {chunk.normal[0][k], chunk.normal[1][k], chunk.normal[2][k]},
                          int16_t(chunk.cone[k]),
                          uint8_t(chunk.code[k] & 7),
                          chunk.inside[k] != 0,
+                         !map || sight == Sight::partly,
                          group.slot,
                          group.block},
                  glm::dvec3(chunk.offset[0][k], chunk.offset[1][k], chunk.offset[2][k]));
         }
+    }
+
+    // From what is relative to the pivot, in the splats' unit.
+    glm::vec3 in_view(const glm::vec3& at) const {
+        return view.unit * glm::vec3(glm::dot(view.right, at), glm::dot(view.down, at),
+                                     glm::dot(view.forward, at) + view.pivot_depth);
+    }
+
+    Sight look(const glm::vec3& at, float radius, geom::OcclusionMap& map) const {
+        return map.look(in_view(at), radius * (1.0f + kSlack) * view.unit);
     }
 
     void mark_missing(std::span<const Opening> nodes, BlockView& block, Chunk& chunk) const {
@@ -505,14 +581,14 @@ struct Cut::State {
         top_batch.count = 0;
         std::vector<std::pair<Opening, glm::dvec3>> level, next;
         const Node root = model.root();
-        level.push_back({{glm::vec3(-view.pivot), 1.0f, root.normal, int16_t(root.cone), uint8_t(root.children), false, 0, 0}, glm::dvec3(0)});
+        level.push_back({{glm::vec3(-view.pivot), 1.0f, root.normal, int16_t(root.cone), uint8_t(root.children), false, true, 0, 0}, glm::dvec3(0)});
         Walker& walker = walkers.local();
         while (!level.empty() && level.size() < kTasks) {
             next.clear();
             for (const auto& [node, centre] : level) {
                 const glm::dvec3 from = centre;
                 if (is_full(top_batch)) top_batches.push_back(top_batch), top_batch.count = 0;
-                open({&node, 1}, walker, top_batch, top_counts, [&](Opening child, const glm::dvec3& offset) {
+                open({&node, 1}, walker, top_batch, top_counts, nullptr, [&](Opening child, const glm::dvec3& offset) {
                     const glm::dvec3 c = from + offset;
                     child.at = glm::vec3(c - view.pivot);
                     next.emplace_back(child, c);
@@ -530,30 +606,96 @@ struct Cut::State {
         for (Opening& task : tasks) task.is_inside = false;
     }
 
-    void walk_task(const Opening& from, const Sink& sink, CutCounts& c) {
+    // Cuts the walker's level, and makes the next one its own.
+    void walk_level(Walker& walker, const Sink& sink, geom::OcclusionMap* map, CutCounts& c) {
+        walker.next.clear();
+        for (std::span<const Opening> rest = walker.level, nodes; !rest.empty();
+             rest = rest.subspan(nodes.size())) {
+            nodes = first_chunk(rest);
+            if (is_full(walker.batch)) sink(walker.batch), walker.batch.count = 0;
+            open(nodes, walker, walker.batch, c, map,
+                 [&](const Opening& child, const glm::dvec3&) { walker.next.push_back(child); });
+        }
+        std::swap(walker.level, walker.next);
+    }
+
+    void walk_task(size_t task, const Sink& sink, geom::OcclusionMap* map, CutCounts& c) {
         Walker& walker = walkers.local();
         walker.batch.count = 0;
-        walker.level.assign(1, from);
-        while (!walker.level.empty()) {
-            walker.next.clear();
-            for (std::span<const Opening> rest = walker.level, nodes; !rest.empty();
-                 rest = rest.subspan(nodes.size())) {
-                nodes = first_chunk(rest);
-                if (is_full(walker.batch)) sink(walker.batch), walker.batch.count = 0;
-                open(nodes, walker, walker.batch, c,
-                     [&](const Opening& child, const glm::dvec3&) { walker.next.push_back(child); });
-            }
-            std::swap(walker.level, walker.next);
+        TaskOutlines& made = outlines[task];
+        if (made.count == 0) {
+            walker.level.assign(1, tasks[task]);
+        } else {
+            // Later outlines lack what the first one hid.
+            if (map && map->is_repeated()) made.count = 1;
+            for (int k = 0; k < made.count; ++k) made.of[size_t(k)].hand_out(walker.batch, sink);
+            start_from(made.last(), walker, map, c);
         }
+        while (!walker.level.empty()) walk_level(walker, sink, map, c);
         if (walker.batch.count > 0) sink(walker.batch);
+    }
+
+    void start_from(const Outline& outline, Walker& walker, geom::OcclusionMap* map, CutCounts& c) const {
+        walker.level.clear();
+        for (size_t i = 0; i < outline.level.size(); ++i) {
+            const Opening& node = outline.level[i];
+            Sight sight = Sight::partly;
+            if (map) sight = map->is_repeated() ? look(node.at, node.radius, *map) : outline.sights[i];
+            c.occlusion_culled += sight == Sight::hidden && !map->is_repeated();
+            if (sight == Sight::hidden) continue;
+            walker.level.push_back(node);
+            walker.level.back().may_hide = sight == Sight::partly;
+        }
+    }
+
+    bool is_coarse(const std::vector<Opening>& level, float most_px) const {
+        const auto is_wide = [&](const Opening& node) {
+            return 2 * node.radius * view.focal > most_px * (glm::dot(view.forward, node.at) + view.pivot_depth);
+        };
+        return 2 * size_t(std::count_if(level.begin(), level.end(), is_wide)) > level.size();
+    }
+
+    void outline(size_t task, geom::OcclusionMap& map, CutCounts& c) {
+        Walker& walker = walkers.local();
+        walker.batch.count = 0;
+        TaskOutlines& made = outlines[task];
+        if (made.count == 0)
+            walker.level.assign(1, tasks[task]);
+        else
+            start_from(made.last(), walker, &map, c);
+        const float most_px = kOutlinePx[made.count++];
+        Outline& outline = made.last();
+        outline.splats.clear();
+        const Sink keep = [&](const geom::SplatBatch& batch) { outline.keep(batch); };
+        while (is_coarse(walker.level, most_px)) walk_level(walker, keep, nullptr, c);
+        outline.keep(walker.batch);
+        outline.level.assign(walker.level.begin(), walker.level.end());
+        show(outline, walker.surfaces, map);
+    }
+
+    void show(const Outline& outline, std::vector<geom::OcclusionMap::Surface>& surfaces, geom::OcclusionMap& map) const {
+        surfaces.clear();
+        for (const Opening& node : outline.level) {
+            const glm::vec3 centre = in_view(node.at), n = node.normal;
+            const glm::vec3 normal(glm::dot(view.right, n), glm::dot(view.down, n), glm::dot(view.forward, n));
+            if (view.cull_backfaces && glm::dot(normal, centre) > 0) continue;
+            // A surface that bends by the cone's half-angle is off its disc by about half the sine.
+            const float radius = node.radius * view.unit;
+            const float bend = node.cone < 0 ? 2.0f : 0.5f * kConeSin[node.cone];
+            surfaces.push_back({centre, radius, normal, bend * radius});
+        }
+        for (const Outline::Splat& s : outline.splats)
+            surfaces.push_back({{s.x, s.y, s.z}, s.radius, {s.nx, s.ny, s.nz}, s.radius * s.flatness});
+        map.add_surfaces(surfaces);
     }
 };
 
 Cut::Cut(const Model& model) : state_(std::make_unique<State>(model)) {}
 Cut::~Cut() = default;
 
-size_t Cut::begin(const geom::View& view, const CutOptions& options) {
+size_t Cut::begin(const geom::View& view, const CutOptions& options, double unit) {
     state_->view = make_cut_view(state_->model, view, options);
+    state_->view.unit = float(unit);
     if (++state_->frame == 0) {  // stamps of 256 frames ago
         for (uint64_t b = 0; b < state_->model.blocks_present(); ++b) state_->touched[b].store(0, std::memory_order_relaxed);
         state_->frame = 1;
@@ -561,17 +703,37 @@ size_t Cut::begin(const geom::View& view, const CutOptions& options) {
     state_->walk_top();
     if (view.width != view.picture_width() || view.height != view.picture_height())
         state_->narrow_to_raster();
+    if (state_->outlines.size() < state_->tasks.size()) state_->outlines.resize(state_->tasks.size());
+    for (TaskOutlines& made : state_->outlines) made.count = 0;
     state_->counts = state_->top_counts;
     return std::max<size_t>(1, state_->tasks.size());
 }
 
-void Cut::run(size_t task, const Sink& sink) {
+void Cut::outline(size_t task, geom::OcclusionMap& map) {
+    if (task >= state_->tasks.size()) return;
+    CutCounts c;
+    state_->outline(task, map, c);
+    state_->add(c);
+}
+
+Cut::Sifted Cut::sift(size_t task, geom::OcclusionMap& map) {
+    if (task >= state_->tasks.size()) return {};
+    Outline& outline = state_->outlines[task].last();
+    outline.sights.clear();
+    Sifted sifted{outline.level.size(), 0};
+    for (const Opening& node : outline.level) {
+        outline.sights.push_back(state_->look(node.at, node.radius, map));
+        sifted.hidden += outline.sights.back() == geom::OcclusionMap::Sight::hidden;
+    }
+    return sifted;
+}
+
+void Cut::run(size_t task, const Sink& sink, geom::OcclusionMap* map) {
     CutCounts c;
     if (task == 0)
         for (const geom::SplatBatch& batch : state_->top_batches) sink(batch);
-    if (task < state_->tasks.size()) state_->walk_task(state_->tasks[task], sink, c);
-    const std::scoped_lock lock(state_->mutex);
-    state_->counts.add(c);
+    if (task < state_->tasks.size()) state_->walk_task(task, sink, map, c);
+    state_->add(c);
 }
 
 CutCounts Cut::counts() const { return state_->counts; }

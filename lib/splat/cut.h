@@ -8,6 +8,10 @@
 // Where the view is a part of a picture, its splats are those of the whole that it may show, in the same
 // order.
 //
+// What other surfaces hide can be left out, too, by a geom::OcclusionMap: after begin() come, once or twice,
+// outline() of all tasks, the map's build() and sift() of all; then run() with the map.  The rest comes in the
+// same order.
+//
 // The walk is in single precision relative to a pivot near what is seen, but its top, where rounding would
 // count most, is in double; subtrees below the top are tasks that may run on any thread.  The splats of a
 // task come in a fixed order, whatever the number of threads.
@@ -18,6 +22,7 @@
 #include <memory>
 
 #include "geom/camera.h"
+#include "geom/occlusion.h"
 #include "geom/splat_batch.h"
 #include "splat/model.h"
 
@@ -36,6 +41,7 @@ struct CutOptions {
 
 struct CutCounts {
     uint64_t nodes_visited = 0, frustum_culled = 0, backface_culled = 0, splats = 0;
+    uint64_t occlusion_culled = 0;
     uint64_t blocks_touched = 0;
     uint64_t groups_missing = 0;   // child groups that were wanted and are not there
     double error_bound_px = 0;     // no drawn point is further from the surface; infinity with the eye inside a splat
@@ -47,15 +53,28 @@ class Cut {
     explicit Cut(const Model& model);  // which lives longer
     ~Cut();
 
-    // Walks the top; returns the number of tasks (>= 1).  `view` is in world space.
-    size_t begin(const geom::View& view, const CutOptions& options);
+    // Walks the top; returns the number of tasks (>= 1).  `view` is in world space.  `unit`: splats are handed
+    // out in model units (world units / header().scale) times this.
+    size_t begin(const geom::View& view, const CutOptions& options, double unit = 1);
 
-    // Walks one task, handing out its splats, in model units (world units / header().scale).  Different tasks
-    // may run at once.  Throws core::Error where the file is damaged.
+    // Walks a task's first levels, down to nodes of some 80 pixels, and shows the map what they hold; called a second
+    // time, after sift(), it goes on to nodes of some 40 pixels, but for what is hidden.  Different tasks may
+    // be outlined at once.  Throws as run() does.
+    void outline(size_t task, geom::OcclusionMap& map);
+
+    // How many of an outlined task's nodes wait to be opened, and how many of these the map hides.
+    struct Sifted {
+        size_t waiting = 0, hidden = 0;
+    };
+    Sifted sift(size_t task, geom::OcclusionMap& map);
+
+    // Walks one task, from where outline() left it, handing out its splats, but for what `map` hides.  May be
+    // called again for the same frame.  Different tasks may run at once.  Throws core::Error where the file is
+    // damaged.
     using Sink = std::function<void(const geom::SplatBatch&)>;
-    void run(size_t task, const Sink& sink);
+    void run(size_t task, const Sink& sink, geom::OcclusionMap* map = nullptr);
 
-    // After all tasks ran.
+    // Of all that was walked since begin().
     CutCounts counts() const;
 
   private:

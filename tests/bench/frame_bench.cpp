@@ -60,6 +60,7 @@ Case parse_case(const std::string& line) {
     c.draw.kind = kind_of(json.value("kind", "smooth"));
     c.draw.cut.threshold_px = json.at("threshold");
     c.draw.cut.by = json.value("diameter", false) ? splat::CutBy::diameter : splat::CutBy::error;
+    c.draw.occlusion = std::map<std::string, scene::Occlusion>{{"auto", scene::Occlusion::automatic}, {"on", scene::Occlusion::on}, {"off", scene::Occlusion::off}}.at(json.value("occlusion", "auto"));
     c.runs = json.value("runs", 0);
     c.compare = json.value("compare", false);
     c.distance = json.value("distance", false);
@@ -164,6 +165,7 @@ Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& pa
     render::Frame frame;
     Json answer;
     add_counts(answer, painter.draw(c.view, c.draw, frame).counts, model);
+    { uint64_t h = 1469598103934665603u; auto mix=[&](const void* p, size_t n){ for (size_t i=0;i<n;++i) h=(h^((const uint8_t*)p)[i])*1099511628211u; }; mix(frame.rgb.data(), frame.rgb.size()); mix(frame.depth.data(), 4*frame.depth.size()); answer["hash"]=h; }
     if (c.compare) add_comparison(answer, frame, truth.frame(c.view, c.draw.shade), c.view);
     if (c.distance) answer["measured_error_px"] = scene::measured_error_px(truth.distance(), c.view, frame);
     if (c.runs > 0) add_times(answer, c, painter, frame);

@@ -1,0 +1,74 @@
+#include "qs-render/sources.h"
+
+#include <algorithm>
+#include <map>
+
+#include "core/error.h"
+#include "core/file.h"
+
+namespace qs_render {
+
+namespace {
+
+bool are_numbers(const std::string& text) {
+    return !text.empty() && text.find_first_not_of("0123456789+-.,eE") == text.npos &&
+           text.find_first_of("0123456789") != text.npos;
+}
+
+geom::Similarity read_similarity(const std::string& path) {
+    const core::InputFile file(path);
+    constexpr size_t kMostBytes = 65536;
+    if (file.bytes().size() > kMostBytes)
+        throw core::Error(file.name() + ": is longer than 65536 bytes; a transform is a few numbers");
+    return geom::parse_similarity({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()},
+                                  file.name());
+}
+
+Source parse_source(const std::string& word) {
+    const size_t at = word.rfind('@');
+    const std::string suffix = at == word.npos ? "" : word.substr(at + 1);
+    const bool is_file = suffix.size() > 3 && suffix.ends_with(".xf");
+    if (!is_file && !are_numbers(suffix)) return {word, "", {}, false};
+    Source source{word.substr(0, at), is_file ? suffix : "", {}, true};
+    if (is_file) {
+        source.world_from_model = read_similarity(suffix);
+        return source;
+    }
+    try {
+        source.world_from_model = geom::parse_similarity(suffix, word);
+    } catch (const core::Error& error) {
+        throw core::UsageError(error.what());
+    }
+    return source;
+}
+
+}  // namespace
+
+std::vector<Source> parse_sources(const std::vector<std::string>& words) {
+    std::vector<Source> sources;
+    for (const std::string& word : words) sources.push_back(parse_source(word));
+    if (std::count_if(sources.begin(), sources.end(), [](const Source& s) { return s.file == "-"; }) > 1)
+        throw core::UsageError("SOURCE: only one of them can be standard input");
+    return sources;
+}
+
+Models::Models(const std::vector<Source>& sources) {
+    std::map<std::string, const splat::Model*> by_name;
+    for (const Source& source : sources) {
+        const splat::Model*& model = by_name[source.file];
+        if (!model) model = &models_.emplace_back(source.file);
+        placed_.push_back({model, source.world_from_model});
+    }
+}
+
+bool Models::has_colour() const {
+    return std::any_of(models_.begin(), models_.end(), [](const splat::Model& model) {
+        return model.header().flags & (splat::kHasColour | splat::kConstantColour);
+    });
+}
+
+bool Models::are_complete() const {
+    return std::all_of(models_.begin(), models_.end(), [](const splat::Model& m) { return m.is_complete(); });
+}
+
+}  // namespace qs_render

@@ -1,0 +1,43 @@
+// The models of a command line and where they stand.
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "geom/similarity.h"
+#include "scene/draw.h"
+#include "splat/model.h"
+
+namespace qs_render {
+
+// One SOURCE: a file, or FILE@TRANSFORM.  TRANSFORM is numbers with commas between, as parse_similarity()
+// takes them, or a file of such numbers whose name ends in .xf.  What stands after the last @ and is neither
+// belongs to the file's name.
+struct Source {
+    std::string file;
+    std::string transform_file;  // empty: none
+    geom::Similarity world_from_model{};
+    bool is_placed = false;
+};
+
+// Reads the files of transforms.  Throws core::UsageError for wrong numbers on the command line and where two
+// models are standard input, core::Error for a file that cannot be read or is wrong.
+std::vector<Source> parse_sources(const std::vector<std::string>& words);
+
+// The models of the sources; a file that stands there twice is opened once.
+class Models {
+  public:
+    explicit Models(const std::vector<Source>& sources);
+
+    const std::deque<splat::Model>& all() const { return models_; }
+    const std::vector<scene::PlacedModel>& placed() const { return placed_; }
+    bool has_colour() const;
+    bool are_complete() const;
+
+  private:
+    std::deque<splat::Model> models_;
+    std::vector<scene::PlacedModel> placed_;
+};
+
+}  // namespace qs_render

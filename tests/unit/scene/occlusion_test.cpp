@@ -1,0 +1,180 @@
+// Occlusion culling: it leaves things out, and no pixel tells.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/parallel.h"
+#include "scene/draw.h"
+#include "test_meshes.h"
+#include "views.h"
+
+using namespace splat_test;
+using namespace scene_test;
+
+namespace {
+
+constexpr int kWidth = 640, kHeight = 480;
+
+mesh::Mesh joined(const std::vector<mesh::Mesh>& parts) {
+    mesh::Mesh all;
+    for (const mesh::Mesh& part : parts) {
+        const glm::u32vec3 first(uint32_t(all.positions.size()));
+        all.positions.insert(all.positions.end(), part.positions.begin(), part.positions.end());
+        for (const glm::u32vec3& t : part.triangles) all.triangles.push_back(t + first);
+    }
+    return all;
+}
+
+// Without every n-th face.
+mesh::Mesh with_holes(mesh::Mesh mesh, size_t n) {
+    std::vector<glm::u32vec3> kept;
+    for (size_t i = 0; i < mesh.triangles.size(); ++i)
+        if (i % n != 0) kept.push_back(mesh.triangles[i]);
+    mesh.triangles = kept;
+    return mesh;
+}
+
+// Balls in each other, each of another colour, so that none shows through another unseen.
+mesh::Mesh onion(const std::vector<mesh::Mesh>& skins) {
+    mesh::Mesh all = joined(skins);
+    all.colours.clear();
+    for (size_t k = 0; k < skins.size(); ++k)
+        all.colours.insert(all.colours.end(), skins[k].positions.size(),
+                           glm::u8vec3(k == 0 ? 255 : 30, 120 * k, 200));
+    return all;
+}
+
+struct Subject {
+    const char* name;
+    mesh::Mesh mesh;
+    bool hides;  // surely, most of it
+};
+
+std::vector<Subject> subjects() {
+    const mesh::Mesh ball = icosphere(6);
+    return {{"onion", onion({ball, scaled(icosphere(5), 0.8), scaled(icosphere(5), 0.4)}), true},
+            {"onion with close skins", onion({ball, scaled(ball, 0.98)}), false},
+            {"onion with holes", onion({with_holes(ball, 7), scaled(icosphere(5), 0.9)}), true},
+            {"torus", bumpy_torus(120, 320, true), false},
+            {"terrain", terrain(200), false},
+            {"soup", soup(3000), false}};
+}
+
+std::vector<geom::View> views_of(const splat::Model& model, const mesh::Mesh& mesh) {
+    std::vector<geom::View> views = random_views(model, mesh, 5);
+    for (geom::View& view : views) {
+        view.focal_px *= double(kHeight) / view.height;
+        view.width = kWidth, view.height = kHeight;
+    }
+    views.push_back(fitted_view(model, kWidth, kHeight));
+    views.push_back(fitted_view(model, 333, 251));  // no whole blocks
+    return views;
+}
+
+struct Drawn {
+    render::Frame frame;
+    scene::DrawReport report;
+};
+
+Drawn draw(scene::ModelPainter& painter, const geom::View& view, scene::DrawOptions options,
+           scene::Occlusion occlusion) {
+    Drawn drawn;
+    options.occlusion = occlusion;
+    drawn.report = painter.draw(view, options, drawn.frame);
+    return drawn;
+}
+
+std::vector<scene::DrawOptions> options_for(size_t view) {
+    std::vector<scene::DrawOptions> all;
+    for (const render::SplatKind kind : {render::SplatKind::square, render::SplatKind::circle,
+                                         render::SplatKind::ellipse, render::SplatKind::smooth}) {
+        scene::DrawOptions options;
+        options.kind = kind;
+        options.cut.cull_backfaces = view % 2 == 0;
+        options.cut.threshold_px = view % 3 == 0 ? 0.3 : 1;
+        options.shade = view % 2 == 0 ? render::Shade::lit : render::Shade::flat;
+        all.push_back(options);
+    }
+    return all;
+}
+
+}  // namespace
+
+TEST(Occlusion, ChangesNoPixel) {
+    for (const Subject& subject : subjects()) {
+        const splat::Model model = build_model(subject.mesh);
+        scene::ModelPainter painter(model);
+        uint64_t all = 0, some = 0, hidden = 0;
+        const std::vector<geom::View> views = views_of(model, subject.mesh);
+        for (size_t v = 0; v < views.size(); ++v) {
+            for (const scene::DrawOptions& options : options_for(v)) {
+                const Drawn off = draw(painter, views[v], options, scene::Occlusion::off);
+                const Drawn on = draw(painter, views[v], options, scene::Occlusion::on);
+                ASSERT_EQ(off.frame.rgb, on.frame.rgb) << subject.name << ", view " << v;
+                ASSERT_EQ(off.frame.depth, on.frame.depth) << subject.name << ", view " << v;
+                EXPECT_EQ(off.report.counts.occlusion_culled, 0u);
+                all += off.report.counts.splats, some += on.report.counts.splats;
+                hidden += on.report.counts.occlusion_culled;
+            }
+        }
+        if (!subject.hides) continue;
+        EXPECT_GT(hidden, 0u) << subject.name;
+        EXPECT_LT(some, all) << subject.name;
+    }
+}
+
+TEST(Occlusion, ChangesNoPixelBetweenNearAndFar) {
+    const mesh::Mesh mesh = onion({icosphere(6), scaled(icosphere(5), 0.7)});
+    const splat::Model model = build_model(mesh);
+    scene::ModelPainter painter(model);
+    for (const double near : {2.5, 3.2, 3.5, 4.0}) {
+        geom::View view = fitted_view(model, kWidth, kHeight);
+        view.near = near * model.header().scale, view.far = 4.3 * model.header().scale;
+        const Drawn off = draw(painter, view, {}, scene::Occlusion::off);
+        const Drawn on = draw(painter, view, {}, scene::Occlusion::on);
+        EXPECT_EQ(off.frame.rgb, on.frame.rgb) << near;
+        EXPECT_EQ(off.frame.depth, on.frame.depth) << near;
+    }
+}
+
+TEST(Occlusion, LeavesOutMostOfWhatIsInsideAndKeepsTheBound) {
+    const splat::Model model =
+        build_model(onion({icosphere(6), scaled(icosphere(6), 0.8), scaled(icosphere(6), 0.6)}));
+    scene::ModelPainter painter(model);
+    const geom::View view = fitted_view(model, 1280, 960);
+    const Drawn off = draw(painter, view, {}, scene::Occlusion::off);
+    const Drawn on = draw(painter, view, {}, scene::Occlusion::automatic);
+    EXPECT_EQ(off.frame.rgb, on.frame.rgb);
+    EXPECT_LT(double(on.report.counts.splats), 0.5 * double(off.report.counts.splats));
+    EXPECT_LE(on.report.counts.error_bound_px, off.report.counts.error_bound_px);
+    EXPECT_LT(on.report.counts.blocks_touched, off.report.counts.blocks_touched);
+}
+
+TEST(Occlusion, SwitchesItselfOffWhereNothingIsHidden) {
+    const splat::Model model = build_model(icosphere(6));
+    scene::ModelPainter painter(model);
+    const geom::View view = fitted_view(model, 1280, 960);
+    const Drawn off = draw(painter, view, {}, scene::Occlusion::off);
+    const Drawn on = draw(painter, view, {}, scene::Occlusion::automatic);
+    EXPECT_EQ(on.report.counts.occlusion_culled, 0u);
+    EXPECT_EQ(on.report.counts.splats, off.report.counts.splats);
+    EXPECT_EQ(on.report.counts.nodes_visited, off.report.counts.nodes_visited) << "levels are walked once";
+}
+
+TEST(Occlusion, CountsTheSameWithAnyNumberOfThreads) {
+    const mesh::Mesh mesh = onion({with_holes(icosphere(6), 7), scaled(icosphere(5), 0.9)});
+    const splat::Model model = build_model(mesh);
+    for (const geom::View& view : views_of(model, mesh)) {
+        core::set_thread_count(1);
+        scene::ModelPainter painter(model);
+        const Drawn one = draw(painter, view, {}, scene::Occlusion::on);
+        core::set_thread_count(16);
+        const Drawn many = draw(painter, view, {}, scene::Occlusion::on);
+        EXPECT_EQ(one.frame.rgb, many.frame.rgb);
+        EXPECT_EQ(one.report.counts.splats, many.report.counts.splats);
+        EXPECT_EQ(one.report.counts.nodes_visited, many.report.counts.nodes_visited);
+        EXPECT_EQ(one.report.counts.occlusion_culled, many.report.counts.occlusion_culled);
+        EXPECT_EQ(one.report.counts.blocks_touched, many.report.counts.blocks_touched);
+    }
+    core::set_thread_count(0);
+}
