@@ -52,8 +52,10 @@ struct Positions {
 };
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Positions>, Positions, 3>;
 
-// Eigenvector of the least eigenvalue of a symmetric 3x3 matrix, by Jacobi rotations.
-glm::dvec3 least_axis(glm::dmat3 a) {
+// Across the plane of least squares of a spread of points (a symmetric matrix), by Jacobi rotations; 0 where they
+// lie along a line, which is in many planes.
+glm::dvec3 across(glm::dmat3 a) {
+    constexpr double kLeastWidth = 0.05;  // of the length
     glm::dmat3 axes(1.0);
     for (int sweep = 0; sweep < 12; ++sweep) {
         for (int p = 0; p < 2; ++p)
@@ -68,10 +70,10 @@ glm::dvec3 least_axis(glm::dmat3 a) {
                 axes = axes * r;
             }
     }
-    int least = 0;
-    for (int k = 1; k < 3; ++k)
-        if (a[k][k] < a[least][least]) least = k;
-    return axes[least];
+    int order[3] = {0, 1, 2};
+    std::sort(order, order + 3, [&](int p, int q) { return a[p][p] < a[q][q]; });
+    const double middle = a[order[1]][order[1]], most = a[order[2]][order[2]];
+    return middle > kLeastWidth * kLeastWidth * most ? axes[order[0]] : glm::dvec3(0);
 }
 
 glm::vec3 upward(glm::dvec3 n) {
@@ -115,7 +117,7 @@ std::vector<float> estimate_discs(mesh::Mesh& mesh) {
             glm::dmat3 spread(0.0);
             for (size_t k = 0; k < found; ++k) spread += glm::outerProduct(at(index[k]) - mean, at(index[k]) - mean);
             const double size = spread[0][0] + spread[1][1] + spread[2][2];
-            normals[i] = size > 0 ? upward(least_axis(spread / size)) : glm::vec3(0, 0, 1);
+            normals[i] = size > 0 ? upward(across(spread / size)) : glm::vec3(0);
         }
     });
     std::vector<float> capped(n);

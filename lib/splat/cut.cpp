@@ -317,7 +317,18 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
             view.two_sided ? hn::Eq(zero, zero) : hn::And(hn::RebindMask(d, no_cone), is_parent);
         const M turned = hn::And(hn::Gt(along, zero), many_sided);
         const V sign = hn::IfThenElse(turned, hn::Neg(one), one);
-        const V3 shown{hn::Mul(n.x, sign), hn::Mul(n.y, sign), hn::Mul(n.z, sign)};
+        V3 shown{hn::Mul(n.x, sign), hn::Mul(n.y, sign), hn::Mul(n.z, sign)};
+        if (view.two_sided) {
+            // A ball among discs stands for points without a normal: it faces the eye.
+            const M is_ball = hn::Eq(flat, one);
+            const V inverse = hn::Div(hn::Neg(one), hn::Max(length, hn::Set(d, 1e-30f)));
+            const auto to_eye = [&](V from_pivot, V axis) HWY_ATTR {
+                return hn::Mul(hn::Add(from_pivot, hn::Mul(depth, axis)), inverse);
+            };
+            shown = {hn::IfThenElse(is_ball, to_eye(at.x, forward.x), shown.x),
+                     hn::IfThenElse(is_ball, to_eye(at.y, forward.y), shown.y),
+                     hn::IfThenElse(is_ball, to_eye(at.z, forward.z), shown.z)};
+        }
         // Compressed in the register, then stored whole: compressing stores are slow on some processors.
         const auto put = [&](V value, float* channel) { hn::StoreU(hn::Compress(value, drawn), d, channel + to); };
         const V unit = hn::Set(d, view.unit);

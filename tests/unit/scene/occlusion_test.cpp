@@ -137,6 +137,43 @@ TEST(Occlusion, ChangesNoPixelBetweenNearAndFar) {
     }
 }
 
+TEST(Occlusion, ChangesNoPixelOfAPartOfAPicture) {
+    const mesh::Mesh mesh = onion({with_holes(icosphere(6), 7), scaled(icosphere(5), 0.9)});
+    const splat::Model model = build_model(mesh);
+    scene::ModelPainter painter(model);
+    const geom::View whole = fitted_view(model, kWidth, kHeight);
+    for (const glm::ivec4& part : {glm::ivec4(101, 77, 333, 211), {320, 0, 1, 480}, {5, 240, 630, 3}}) {
+        const geom::View view = geom::part_of(whole, part.x, part.y, part.z, part.w);
+        const Drawn off = draw(painter, view, {}, scene::Occlusion::off);
+        const Drawn on = draw(painter, view, {}, scene::Occlusion::on);
+        EXPECT_EQ(off.frame.rgb, on.frame.rgb);
+        EXPECT_EQ(off.frame.depth, on.frame.depth);
+    }
+}
+
+TEST(Occlusion, ChangesNoPixelOfTheSmallTheLargeTheCloseAndTheFarAway) {
+    const mesh::Mesh mesh = onion({with_holes(icosphere(5), 7), scaled(icosphere(5), 0.9)});
+    for (const double scale : {1e-25, 1.0, 1e20}) {
+        const mesh::Mesh there = scaled(mesh, scale);
+        const splat::Model model = build_model(there);
+        scene::ModelPainter painter(model);
+        std::vector<geom::View> views = close_views(model, there, 6);
+        geom::Camera camera;
+        camera.target = model.header().origin;
+        for (const double distance : {0.0, 0.85, 1e3, 1e6, 1e9}) {
+            camera.eye = camera.target + scale * (distance + 0.01) * glm::normalize(glm::dvec3(1, 2, 3));
+            camera.fovy_deg = distance < 2 ? 120 : 60 / distance;
+            views.push_back(geom::make_view(camera, kWidth, kHeight));
+        }
+        for (size_t v = 0; v < views.size(); ++v) {
+            const Drawn off = draw(painter, views[v], {}, scene::Occlusion::off);
+            const Drawn on = draw(painter, views[v], {}, scene::Occlusion::on);
+            EXPECT_EQ(off.frame.rgb, on.frame.rgb) << scale << ", view " << v;
+            EXPECT_EQ(off.frame.depth, on.frame.depth) << scale << ", view " << v;
+        }
+    }
+}
+
 TEST(Occlusion, LeavesOutMostOfWhatIsInsideAndKeepsTheBound) {
     const splat::Model model =
         build_model(onion({icosphere(6), scaled(icosphere(6), 0.8), scaled(icosphere(6), 0.6)}));
