@@ -40,9 +40,8 @@ constexpr Word<render::Shade> kShadeWords[] = {{"lit", render::Shade::lit},
                                                {"normal", render::Shade::normal},
                                                {"level", render::Shade::level},
                                                {"flat", render::Shade::flat}};
-constexpr Word<scene::Occlusion> kOcclusionWords[] = {{"auto", scene::Occlusion::automatic},
-                                                     {"on", scene::Occlusion::on},
-                                                     {"off", scene::Occlusion::off}};
+constexpr Word<scene::Occlusion> kOcclusionWords[] = {
+    {"auto", scene::Occlusion::automatic}, {"on", scene::Occlusion::on}, {"off", scene::Occlusion::off}};
 constexpr Word<render::ImageFormat> kFormatWords[] = {{"png", render::ImageFormat::png},
                                                       {"ppm", render::ImageFormat::ppm},
                                                       {"y4m", render::ImageFormat::y4m},
@@ -79,8 +78,9 @@ glm::u8vec3 colour_of(const std::string& word) {
 void add_options(core::Program& program, Arguments& a) {
     CLI::App& app = program.options;
     CLI::Option* const source =
-        app.add_option("SOURCE", a.sources,
-                       "Splat models, whole or prefixes; - is standard input; FILE@X,Y,Z moves one, see the manual")
+        app.add_option(
+               "SOURCE", a.sources,
+               "Splat models, whole or prefixes; - is standard input; FILE@X,Y,Z moves one, see the manual")
             ->required();
     app.add_option("-o,--output", a.output, "Pictures: frame-%04d.png, one file, or - for a stream")
         ->type_name("NAME");
@@ -149,7 +149,8 @@ void check(const Arguments& a, const std::vector<Source>& sources) {
     if (std::any_of(sources.begin(), sources.end(), is_stdin) && a.path == "-")
         throw UsageError("SOURCE and --path are both standard input");
     if (!a.reference.empty() && (sources.size() > 1 || sources[0].is_placed))
-        throw UsageError("--reference: measures one model as it stands; draw it alone and without a transform");
+        throw UsageError(
+            "--reference: measures one model as it stands; draw it alone and without a transform");
     if (a.reference == "-") throw UsageError("--reference: must be a file");
     const std::string camera = a.camera.given();
     if (!a.path.empty() && !camera.empty())

@@ -180,8 +180,12 @@ void Splatter::State::draw(size_t tile, Frame& frame, geom::OcclusionMap* map) {
     draw_tile(params, job, scratches.local(), frame);
 }
 
-void Splatter::finish(Frame& frame) { state_->finish(frame, nullptr); }
-void Splatter::finish(Frame& frame, geom::OcclusionMap& map) { state_->finish(frame, &map); }
+void Splatter::finish(Frame& frame) {
+    state_->finish(frame, nullptr);
+}
+void Splatter::finish(Frame& frame, geom::OcclusionMap& map) {
+    state_->finish(frame, &map);
+}
 
 void Splatter::State::finish(Frame& frame, geom::OcclusionMap* map) {
     const geom::View& view = params.view;

@@ -43,8 +43,8 @@ class Splatter final : public SplatPainter {
     // Sets up, draws and shades all tiles in parallel.
     void finish(Frame& frame) override;
 
-    // The same for a frame that lacks what `map` hides.  Marks its blocks where that may show; once the map is
-    // repeated, of a frame that was begun anew, writes those blocks only.
+    // The same for a frame that lacks what `map` hides.  Marks its blocks where that may show; once the map
+    // is repeated, of a frame that was begun anew, writes those blocks only.
     void finish(Frame& frame, geom::OcclusionMap& map);
 
   private:

@@ -365,7 +365,8 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
         for (int row = std::max(job.top - y, 0); row < std::min(job.bottom - y, kBlockSize); ++row) {
             const size_t at = job.frame_at + size_t(y + row - job.top) * size_t(frame.width);
             if (job.map && job.map->is_repeated()) {
-                write_unproven(job, y + row, depths + row * kTileWidth, colours + row * kTileWidth, at, frame);
+                write_unproven(job, y + row, depths + row * kTileWidth, colours + row * kTileWidth, at,
+                               frame);
                 continue;
             }
             std::memcpy(frame.depth.data() + at, depths + row * kTileWidth + job.left,
@@ -397,10 +398,10 @@ HWY_INLINE size_t block_index(int x, int y) {
 }
 
 // Where something is hidden, pixels begin as if the nearest of it had been drawn already, but with what is no
-// number for what it looks like.  Say no fragment of what is hidden has w + push above the limit, and take any
-// order in which it might have come between the others.  A fragment that starts such a pixel afresh would
-// have done so with the hidden ones, too, which have no larger w than the limit.  From then on both pixels are the
-// same: w is beyond the limit, so a hidden fragment would not have counted.  Whereas one that is not
+// number for what it looks like.  Say no fragment of what is hidden has w + push above the limit, and take
+// any order in which it might have come between the others.  A fragment that starts such a pixel afresh would
+// have done so with the hidden ones, too, which have no larger w than the limit.  From then on both pixels
+// are the same: w is beyond the limit, so a hidden fragment would not have counted.  Whereas one that is not
 // started afresh stays no number.  With Nearest the same goes for the key, which is below w.
 template <class Pixel>
 void hide(const TileJob& job, float* limits, float* state) {
@@ -424,12 +425,15 @@ void prove(const TileJob& job, const float* limits, float* state) {
     const F d;
     for_blocks(job, [&](int x, int y) HWY_ATTR {
         if (!(limits[block_index(x, y)] > 0)) return;
-        const float* at = block_at<Pixel>(state, x / kBlockSize, y / kBlockSize) + Pixel::kProof * kBlockPixels;
+        const float* at =
+            block_at<Pixel>(state, x / kBlockSize, y / kBlockSize) + Pixel::kProof * kBlockPixels;
         for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
             const V px = hn::Add(hn::Load(d, kLaneX + lane), hn::Set(d, float(x)));
             const V py = hn::Add(hn::Load(d, kLaneY + lane), hn::Set(d, float(y)));
-            const M in_x = hn::And(hn::Ge(px, hn::Set(d, float(job.left))), hn::Lt(px, hn::Set(d, float(job.right))));
-            const M in_y = hn::And(hn::Ge(py, hn::Set(d, float(job.top))), hn::Lt(py, hn::Set(d, float(job.bottom))));
+            const M in_x =
+                hn::And(hn::Ge(px, hn::Set(d, float(job.left))), hn::Lt(px, hn::Set(d, float(job.right))));
+            const M in_y =
+                hn::And(hn::Ge(py, hn::Set(d, float(job.top))), hn::Lt(py, hn::Set(d, float(job.bottom))));
             if (!hn::AllFalse(d, hn::And(hn::And(in_x, in_y), hn::IsNaN(hn::Load(d, at + lane)))))
                 job.map->mark_unproven(job.x0 + std::max(x, job.left), job.y0 + std::max(y, job.top));
         }

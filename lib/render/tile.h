@@ -39,8 +39,8 @@ struct TileScratch {
     float limits[size_t(kTileWidth / kBlockSize) * (kTileHeight / kBlockSize)];
 };
 
-// Writes the tile's pixels to `frame`, which has the view's size already.  Different tiles may be drawn at once.
-// With a map: marks its blocks where what is hidden may show; once it is repeated, writes those only.
+// Writes the tile's pixels to `frame`, which has the view's size already.  Different tiles may be drawn at
+// once. With a map: marks its blocks where what is hidden may show; once it is repeated, writes those only.
 void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame);
 
 // What the machine's vectors are called, "AVX2" say.

@@ -171,8 +171,8 @@ HWY_INLINE void TakeGroups(std::span<const Opening> parents, const BlockView& bl
                 hn::Shr(hn::Set(du, shapes.bits), hn::ShiftLeft<2>(hn::Add(lane, hn::Set(du, shapes.first)))),
                 hn::Set(du, 15u));
             const auto missing = hn::And(hn::Shr(hn::Set(du, chunk.missing[g]), lane), hn::Set(du, 1u));
-            const auto flags = hn::Or(hn::Mul(missing, hn::Set(du, Chunk::kChildrenMissing)),
-                                      hn::Set(du, of_parent));
+            const auto flags =
+                hn::Or(hn::Mul(missing, hn::Set(du, Chunk::kChildrenMissing)), hn::Set(du, of_parent));
             hn::StoreU(hn::Or(shape, flags), du, &chunk.shape[to]);
             hn::StoreU(hn::Add(hn::Set(du, parent.slot), lane), du, &chunk.slot[to]);
             if (block.colour())
@@ -363,9 +363,9 @@ namespace {
 // The top ends where this many nodes wait to be opened; twice as many cut the dragon into 1216 tasks, whose
 // short levels fill vectors badly and took 10 % more of a frame.
 constexpr size_t kTasks = 128;
-// Levels are outlined until half of their nodes are smaller than this.  The first outline tells whether there is
-// much to hide, for 1 % of the dragon's frame (100 px: 2 %); the second hides two to five times as much.  40 px alone
-// would hide a twentieth more, and cost frames with nothing to hide 8 %.
+// Levels are outlined until half of their nodes are smaller than this.  The first outline tells whether there
+// is much to hide, for 1 % of the dragon's frame (100 px: 2 %); the second hides two to five times as much.
+// 40 px alone would hide a twentieth more, and cost frames with nothing to hide 8 %.
 constexpr float kOutlinePx[] = {140, 40};
 constexpr size_t kOutlines = std::size(kOutlinePx);
 constexpr uint32_t kLineNodes = 32;   // nodes in a cache line of a channel
@@ -414,8 +414,8 @@ struct Outline {
 
     void keep(const geom::SplatBatch& b) {
         for (int i = 0; i < b.count; ++i)
-            splats.push_back({b.x[i], b.y[i], b.z[i], b.radius[i], b.nx[i], b.ny[i], b.nz[i], b.flatness[i],
-                              b.colour[i]});
+            splats.push_back(
+                {b.x[i], b.y[i], b.z[i], b.radius[i], b.nx[i], b.ny[i], b.nz[i], b.flatness[i], b.colour[i]});
     }
     template <class Sink>
     void hand_out(geom::SplatBatch& batch, const Sink& sink) const {
@@ -592,18 +592,21 @@ struct Cut::State {
         top_batch.count = 0;
         std::vector<std::pair<Opening, glm::dvec3>> level, next;
         const Node root = model.root();
-        level.push_back({{glm::vec3(-view.pivot), 1.0f, root.normal, int16_t(root.cone), uint8_t(root.children), false, true, 0, 0}, glm::dvec3(0)});
+        level.push_back({{glm::vec3(-view.pivot), 1.0f, root.normal, int16_t(root.cone),
+                          uint8_t(root.children), false, true, 0, 0},
+                         glm::dvec3(0)});
         Walker& walker = walkers.local();
         while (!level.empty() && level.size() < kTasks) {
             next.clear();
             for (const auto& [node, centre] : level) {
                 const glm::dvec3 from = centre;
                 if (is_full(top_batch)) top_batches.push_back(top_batch), top_batch.count = 0;
-                open({&node, 1}, walker, top_batch, top_counts, nullptr, [&](Opening child, const glm::dvec3& offset) {
-                    const glm::dvec3 c = from + offset;
-                    child.at = glm::vec3(c - view.pivot);
-                    next.emplace_back(child, c);
-                });
+                open({&node, 1}, walker, top_batch, top_counts, nullptr,
+                     [&](Opening child, const glm::dvec3& offset) {
+                         const glm::dvec3 c = from + offset;
+                         child.at = glm::vec3(c - view.pivot);
+                         next.emplace_back(child, c);
+                     });
             }
             std::swap(level, next);
         }
@@ -661,7 +664,8 @@ struct Cut::State {
 
     bool is_coarse(const std::vector<Opening>& level, float most_px) const {
         const auto is_wide = [&](const Opening& node) {
-            return 2 * node.radius * view.focal > most_px * (glm::dot(view.forward, node.at) + view.pivot_depth);
+            return 2 * node.radius * view.focal >
+                   most_px * (glm::dot(view.forward, node.at) + view.pivot_depth);
         };
         return 2 * size_t(std::count_if(level.begin(), level.end(), is_wide)) > level.size();
     }
@@ -684,11 +688,13 @@ struct Cut::State {
         show(outline, walker.surfaces, map);
     }
 
-    void show(const Outline& outline, std::vector<geom::OcclusionMap::Surface>& surfaces, geom::OcclusionMap& map) const {
+    void show(const Outline& outline, std::vector<geom::OcclusionMap::Surface>& surfaces,
+              geom::OcclusionMap& map) const {
         surfaces.clear();
         for (const Opening& node : outline.level) {
             const glm::vec3 centre = in_view(node.at), n = node.normal;
-            const glm::vec3 normal(glm::dot(view.right, n), glm::dot(view.down, n), glm::dot(view.forward, n));
+            const glm::vec3 normal(glm::dot(view.right, n), glm::dot(view.down, n),
+                                   glm::dot(view.forward, n));
             if (view.cull_backfaces && glm::dot(normal, centre) > 0) continue;
             // A surface that bends by the cone's half-angle is off its disc by about half the sine.
             const float radius = node.radius * view.unit;
