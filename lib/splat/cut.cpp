@@ -319,8 +319,9 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         const V sign = hn::IfThenElse(turned, hn::Neg(one), one);
         V3 shown{hn::Mul(n.x, sign), hn::Mul(n.y, sign), hn::Mul(n.z, sign)};
         if (view.two_sided) {
-            // A ball among discs stands for points without a normal: it faces the eye.
-            const M is_ball = hn::Eq(flat, one);
+            // A ball without a cone is a point without a normal, and faces the eye.
+            const M is_ball =
+                hn::And(hn::Eq(flat, one), hn::RebindMask(d, hn::And(leaf, hn::RebindMask(du, no_cone))));
             const V inverse = hn::Div(hn::Neg(one), hn::Max(length, hn::Set(d, 1e-30f)));
             const auto to_eye = [&](V from_pivot, V axis) HWY_ATTR {
                 return hn::Mul(hn::Add(from_pivot, hn::Mul(depth, axis)), inverse);

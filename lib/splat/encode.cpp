@@ -175,9 +175,13 @@ class SubtreeEncoder {
         content_.set_rows(rows);
         content_.face_normals = &surface_.face_normals;
         for (size_t k = 0; k < runs.size(); ++k) {
-            content_.normal[k] = unit_or(normal_of(runs[k]), parent.normal);
+            const auto normal = normal_of(runs[k]);
+            content_.normal[k] = unit_or(normal, parent.normal);
             content_.is_leaf[k] = runs[k].size() == 1;
             content_.face_begin[k] = surface_.normal_begin[runs[k].begin], content_.face_end[k] = surface_.normal_begin[runs[k].end];
+            // A point without a normal has no cone about one.
+            if (content_.is_leaf[k] && glm::dot(normal, normal) == 0)
+                content_.face_end[k] = content_.face_begin[k];
             set_points(runs[k], k, parent.centre - surface_.base);
         }
         GroupFit fit;
