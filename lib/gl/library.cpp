@@ -4,6 +4,17 @@
 
 #include "core/error.h"
 
+// What is loaded here is not built with sanitizers.
+#ifdef __SANITIZE_ADDRESS__
+// OSMesa keeps a list of its pictures, some hundred bytes a context, which it never frees.
+extern "C" const char* __lsan_default_suppressions() {
+    return "leak:libOSMesa.so\n";
+}
+extern "C" const char* __lsan_default_options() {
+    return "print_suppressions=0";
+}
+#endif
+
 namespace gl {
 
 Library::Library(const std::string& file, const std::string& package)

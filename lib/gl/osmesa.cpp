@@ -7,16 +7,6 @@
 #include "gl/context.h"
 #include "gl/library.h"
 
-#ifdef __SANITIZE_ADDRESS__
-// The library keeps a list of its pictures, some hundred bytes a context, which it never frees.
-extern "C" const char* __lsan_default_suppressions() {
-    return "leak:libOSMesa.so\n";
-}
-extern "C" const char* __lsan_default_options() {
-    return "print_suppressions=0";
-}
-#endif
-
 namespace gl {
 namespace {
 
