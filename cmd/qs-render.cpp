@@ -13,8 +13,8 @@
 #include "geom/path.h"
 #include "mesh/mesh.h"
 #include "qs-render/arguments.h"
+#include "qs-render/picture_files.h"
 #include "qs-render/sources.h"
-#include "render/image.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
 #include "scene/frame_report.h"
@@ -36,10 +36,11 @@ std::vector<geom::Camera> cameras_of(const Arguments& a, const Models& models) {
                             file.name());
 }
 
-// The rate at which the path's times pass.
-double frames_per_s(const Arguments& a, const std::vector<geom::Camera>& path) {
+// The rate at which the path's times pass where every `step`-th frame is drawn.
+double frames_per_s(const Arguments& a, const std::vector<geom::Camera>& path, size_t step) {
     if (!std::isnan(a.fps)) return a.fps;
-    const double fps = double(path.size() - 1) / (path.back().time_s - path.front().time_s);
+    const double seconds = path.back().time_s - path.front().time_s;
+    const double fps = double(path.size() - 1) / (seconds * double(step));
     return fps >= 0.001 && fps <= 1000 ? fps : geom::kDefaultFps;
 }
 
@@ -72,47 +73,54 @@ std::vector<std::string> inputs_of(const Arguments& a, const std::vector<Source>
 
 void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const Models& models,
                  const std::vector<std::string>& inputs, const std::vector<geom::Camera>& path,
-                 scene::Backend backend) {
+                 const std::vector<int>& frames, scene::Backend backend) {
     core::Report report(inputs);
-    render::FrameWriter writer(a.output, qs_render::format_of(a), frames_per_s(a, path));
+    qs_render::PictureFiles files(a.output, qs_render::format_of(a),
+                                  frames_per_s(a, path, qs_render::frame_range(a).step), a.depth);
     const std::unique_ptr<scene::Reference> reference = reference_of(a, models);
     scene::ModelPainter painter(models.placed(), std::move(backend.painter));
     if (draw.occlusion == scene::Occlusion::on && !painter.can_hide())
         throw core::UsageError("--occlusion on: only the back end cpu can leave out what is hidden, not " +
                                backend.name);
     render::Frame frame;
-    core::Progress progress("frame", path.size());
+    core::Progress progress("frame", frames.size());
+    uint64_t done = 0;
+    const scene::Screen screen = qs_render::screen(a);
     // The default is a wish that small models cannot meet; squares and circles have no bound to hold against
     // it; of a prefix has been warned.
     const bool warns_of_leaves =
         a.threshold->count() > 0 && models.are_complete() &&
         (draw.kind == render::SplatKind::ellipse || draw.kind == render::SplatKind::smooth);
     size_t coarse_count = 0;
-    for (size_t i = 0; i < path.size(); ++i) {
-        const geom::View view = geom::make_view(path[i], int(a.resolution[0]), int(a.resolution[1]));
-        scene::FrameReport line;
-        line.frame = int(i);
-        line.time_s = path[i].time_s;
-        line.backend = backend.name;
-        line.cut = draw.cut;
-        line.draw = painter.draw(view, draw, frame);
-        core::Stopwatch watch;
-        if (!a.output.empty()) writer.write(int(i), frame);
-        if (!a.depth.empty()) writer.write_depth(a.depth, int(i), frame);
-        line.write_ms = watch.lap_ms();
-        if (reference) {
-            line.reference = reference->measure(view, draw.shade, draw.background, frame);
-            line.reference_ms = watch.lap_ms();
+    for (const int number : frames) {
+        const geom::Camera& camera = path[size_t(number)];
+        bool is_coarse = false;
+        for (const auto& [eye, view] : scene::views_of(camera, screen)) {
+            scene::FrameReport line;
+            line.frame = number;
+            line.eye = eye;
+            line.time_s = camera.time_s;
+            line.backend = backend.name;
+            line.cut = draw.cut;
+            line.draw = painter.draw(view, draw, frame);
+            core::Stopwatch watch;
+            files.write(number, eye, frame);
+            line.write_ms = watch.lap_ms();
+            if (reference) {
+                line.reference = reference->measure(view, draw.look, frame);
+                line.reference_ms = watch.lap_ms();
+            }
+            if (report.is_wanted()) report.write(scene::to_json(line));
+            is_coarse = is_coarse || line.misses_threshold();
         }
-        if (report.is_wanted()) report.write(scene::to_json(line));
-        coarse_count += warns_of_leaves && line.misses_threshold();
-        progress.update(i + 1);
+        coarse_count += warns_of_leaves && is_coarse;
+        progress.update(++done);
     }
-    writer.finish();
+    files.finish();
     report.commit();
     if (coarse_count > 0)
         core::warn(text("threshold %g px not met in %zu of %zu frames: the model's leaves are coarser",
-                        draw.cut.threshold_px, coarse_count, path.size()));
+                        draw.cut.threshold_px, coarse_count, frames.size()));
 }
 
 void run(const Arguments& a) {
@@ -123,13 +131,14 @@ void run(const Arguments& a) {
     const Models models(sources);
     const std::vector<geom::Camera> path = cameras_of(a, models);
     const std::vector<std::string> inputs = inputs_of(a, sources);
-    scene::check({a.output, a.depth, qs_render::format_of(a), a.report}, inputs, path.size());
+    const std::vector<int> frames = qs_render::frame_numbers(qs_render::frame_range(a), path.size());
+    scene::check({a.output, a.depth, qs_render::format_of(a), a.report}, inputs, {frames, a.is_stereo});
     for (const splat::Model& model : models.all())
         if (!model.is_complete())
             core::warn(text("%s: holds %llu of %llu blocks; what is drawn is as fine as they are",
                             model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),
                             static_cast<unsigned long long>(model.header().block_count)));
-    draw_frames(a, draw, models, inputs, path, open_backend(a));
+    draw_frames(a, draw, models, inputs, path, frames, open_backend(a));
 }
 
 }  // namespace

@@ -14,7 +14,8 @@ using core::UsageError;
 
 namespace {
 
-constexpr double kMostPixels = 16384;  // a side
+constexpr double kMostPixels = 16384;         // a side, of what is drawn at once
+constexpr double kMostPicturePixels = 32768;  // a side, of a picture that a tile is of
 
 template <class T>
 struct Word {
@@ -52,14 +53,17 @@ constexpr Word<scene::BackendKind> kBackendWords[] = {{"cpu", scene::BackendKind
                                                       {"egl", scene::BackendKind::egl},
                                                       {"auto", scene::BackendKind::automatic}};
 
-// "R,G,B" or "#rrggbb".
-glm::u8vec3 colour_of(const std::string& word) {
+constexpr Word<int> kSampleWords[] = {{"1", 1}, {"4", 2}, {"16", 4}};  // each way
+
+// "R,G,B", "#rrggbb", "#rrggbbaa" or "none".
+glm::u8vec4 colour_of(const std::string& word) {
+    if (word == "none") return glm::u8vec4(0);
     const bool is_hex = word.starts_with('#');
-    glm::u8vec3 colour(0);
+    glm::u8vec4 colour(0, 0, 0, 255);
     const char* at = word.data();
     const char* const end = at + word.size();
-    bool is_right = !is_hex || word.size() == 7;
-    for (int k = 0; k < 3 && is_right; ++k) {
+    bool is_right = !is_hex || word.size() == 7 || word.size() == 9;
+    for (int k = 0; k < (word.size() == 9 && is_hex ? 4 : 3) && is_right; ++k) {
         if (is_hex ? k == 0 : k > 0) is_right = at < end && *at++ == (is_hex ? '#' : ',');
         const char* const last = is_hex ? at + 2 : end;
         uint8_t value = 0;
@@ -69,7 +73,8 @@ glm::u8vec3 colour_of(const std::string& word) {
         at = rest;
     }
     if (!is_right || at != end)
-        throw UsageError("--background: '" + word + "' is not R,G,B with numbers from 0 to 255, or #rrggbb");
+        throw UsageError("--background: '" + word +
+                         "' is not R,G,B with numbers from 0 to 255, #rrggbb, #rrggbbaa or none");
     return colour;
 }
 
@@ -92,14 +97,25 @@ void add_options(core::Program& program, Arguments& a) {
     app.add_option("--path", a.path, "Camera path, one frame a line; - for standard input")
         ->type_name("FILE");
     a.camera.add_to(program);
+    app.add_option("--frames", a.frames, "Draw only these of the path: from A up to, not including, B")
+        ->type_name("A:B");
     program.add_numbers("--resolution", a.resolution, "W,H", "Size of the picture, 1 to 16384 pixels each");
+    app.add_option("--tile", a.tile, "Draw column X, row Y of the picture cut into NX x NY tiles")
+        ->type_name("X,Y/NX,NY");
+    app.add_flag("--stereo", a.is_stereo,
+                 "Draw for two eyes, side by side, or into two files: %s in the name");
+    a.eye_angle = program.add_number("--eye-angle", a.eye_angle_deg, 0.001, 90, "degrees",
+                                     "Between the eyes, as seen from the focal point");
     a.threshold = program.add_number("--threshold", a.threshold_px, 0, 1e6, "pixels",
                                      "Largest error of what is drawn; 0 draws all detail");
     program.add_number("--threshold-diameter", a.threshold_diameter_px, 0, 1e6, "pixels",
                        "Largest diameter of what is drawn, instead of --threshold");
     app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")->type_name("KIND");
     app.add_option("--shade", a.shade, "lit, normal, level or flat")->type_name("MODE");
-    app.add_option("--background", a.background, "R,G,B, 0 to 255 each, or #rrggbb")->type_name("COLOUR");
+    app.add_option("--samples", a.samples, "Samples a pixel: 1, 4 or 16")->type_name("N");
+    program.add_numbers("--key-light", a.key_light, "X,Y,Z", "Light from there, and less from the eye");
+    app.add_option("--background", a.background, "R,G,B, 0 to 255 each, #rrggbb, #rrggbbaa, or none")
+        ->type_name("COLOUR");
     app.add_flag("--keep-backfaces", a.keep_backfaces, "Draw also what faces away");
     app.add_option("--occlusion", a.occlusion, "Leave out what surfaces hide: auto, on or off")
         ->type_name("WORD");
@@ -124,10 +140,27 @@ scene::DrawOptions draw_options(const Arguments& a) {
     draw.cut.threshold_px = a.cuts_by_diameter() ? a.threshold_diameter_px : a.threshold_px;
     draw.cut.cull_backfaces = !a.keep_backfaces;
     draw.kind = value_of("--splat", a.splat, kSplatWords);
-    draw.shade = value_of("--shade", a.shade, kShadeWords);
-    draw.background = colour_of(a.background);
+    draw.look.shade = value_of("--shade", a.shade, kShadeWords);
+    const glm::u8vec4 background = colour_of(a.background);
+    draw.look.background = glm::u8vec3(background);
+    draw.look.background_alpha = background.a;
+    draw.look.samples_across = value_of("--samples", a.samples, kSampleWords);
+    if (!std::isnan(a.key_light[0])) draw.look.key_light = {a.key_light[0], a.key_light[1], a.key_light[2]};
     draw.occlusion = value_of("--occlusion", a.occlusion, kOcclusionWords);
     return draw;
+}
+
+scene::Screen screen(const Arguments& a) {
+    scene::Screen screen;
+    screen.width = int(a.resolution[0]), screen.height = int(a.resolution[1]);
+    if (!a.tile.empty()) screen.tile = parse_tile(a.tile);
+    screen.is_stereo = a.is_stereo;
+    screen.eye_angle_deg = a.eye_angle_deg;
+    return screen;
+}
+
+FrameRange frame_range(const Arguments& a) {
+    return a.frames.empty() ? FrameRange{} : parse_frames(a.frames);
 }
 
 render::ImageFormat format_of(const Arguments& a) {
@@ -136,13 +169,65 @@ render::ImageFormat format_of(const Arguments& a) {
 }
 
 scene::BackendKind backend_of(const Arguments& a) {
-    return value_of("--backend", a.backend, kBackendWords);
+    const scene::BackendKind kind = value_of("--backend", a.backend, kBackendWords);
+    if (draw_options(a).look.samples_across == 1 || kind == scene::BackendKind::cpu) return kind;
+    if (kind == scene::BackendKind::automatic) return scene::BackendKind::cpu;
+    throw UsageError("--samples: back end " + a.backend + " draws one sample a pixel; the CPU draws more");
 }
 
-void check(const Arguments& a, const std::vector<Source>& sources) {
+namespace {
+
+void check_sizes(const Arguments& a) {
+    const double most = a.tile.empty() ? kMostPixels : kMostPicturePixels;
     for (const double side : a.resolution)
-        if (!(side >= 1 && side <= kMostPixels && side == std::floor(side)))
-            throw UsageError(text("--resolution: %g is not a whole number from 1 to %g", side, kMostPixels));
+        if (!(side >= 1 && side <= most && side == std::floor(side)))
+            throw UsageError(
+                text("--resolution: %g is not a whole number from 1 to %g%s", side, most,
+                     side > kMostPixels && side <= kMostPicturePixels ? "; draw it by --tile" : ""));
+    const scene::Tile tile = screen(a).tile;
+    if (tile.across > a.resolution[0] || tile.down > a.resolution[1])
+        throw UsageError(text("--tile: %g x %g pixels cannot be cut into %d x %d tiles", a.resolution[0],
+                              a.resolution[1], tile.across, tile.down));
+    const double width = std::ceil(a.resolution[0] / tile.across),
+                 height = std::ceil(a.resolution[1] / tile.down);
+    if (width > kMostPixels || height > kMostPixels)
+        throw UsageError(text("--tile: tiles of %g x %g pixels; at most %g x %g, cut the picture into more",
+                              width, height, kMostPixels, kMostPixels));
+    const int across = value_of("--samples", a.samples, kSampleWords);
+    for (const double side : a.resolution)
+        if (side * across > render::kMostSamples)
+            throw UsageError(
+                text("--samples: %s in a picture of %g x %g pixels; at most %d a side with so many",
+                     a.samples.c_str(), a.resolution[0], a.resolution[1], render::kMostSamples / across));
+}
+
+void check_stereo(const Arguments& a) {
+    if (!a.is_stereo && a.eye_angle->count() > 0) throw UsageError("--eye-angle: needs --stereo");
+    for (const std::string& name : {a.output, a.depth}) {
+        if (!a.is_stereo && render::has_eye(name))
+            throw UsageError("'" + name + "': %s is the place for the eye; needs --stereo");
+        if (a.is_stereo && !name.empty() && !a.tile.empty() && !render::has_eye(name))
+            throw UsageError("--tile: with --stereo each eye has its own; put %s into '" + name + "'");
+    }
+    if (a.is_stereo && a.tile.empty() && 2 * a.resolution[0] > kMostPicturePixels)
+        throw UsageError(text("--stereo: two pictures %g pixels wide; at most %g", a.resolution[0],
+                              kMostPicturePixels / 2));
+}
+
+void check_look(const Arguments& a) {
+    const render::Look look = draw_options(a).look;
+    if (look.samples_across > 1 && a.occlusion == "on")
+        throw UsageError("--occlusion on: only with one of --samples");
+    if (look.key_light && *look.key_light == glm::dvec3(0))
+        throw UsageError("--key-light: 0,0,0 is no direction");
+    if (look.has_alpha() && !a.output.empty() && format_of(a) != render::ImageFormat::png)
+        throw UsageError("--background: '" + a.background + "' is transparent, which only PNG can hold");
+}
+
+}  // namespace
+
+void check(const Arguments& a, const std::vector<Source>& sources) {
+    check_sizes(a);
     if (a.output.empty() && a.depth.empty() && a.report.empty())
         throw UsageError("nothing to write; give -o, --depth or --report");
     const auto is_stdin = [](const Source& source) { return source.file == "-"; };
@@ -153,6 +238,8 @@ void check(const Arguments& a, const std::vector<Source>& sources) {
             "--reference: measures one model as it stands; draw it alone and without a transform");
     if (a.reference == "-") throw UsageError("--reference: must be a file");
     const std::string camera = a.camera.given();
+    if (!a.frames.empty() && a.path.empty()) throw UsageError("--frames: needs --path");
+    frame_range(a);
     if (!a.path.empty() && !camera.empty())
         throw UsageError(camera + ": not with --path, which has the cameras");
     if (int(a.output == "-") + int(a.depth == "-") + int(a.report == "-") > 1)
@@ -164,6 +251,8 @@ void check(const Arguments& a, const std::vector<Source>& sources) {
     format_of(a);
     backend_of(a);
     for (const std::string& name : {a.output, a.depth}) render::has_frame_number(name);
+    check_stereo(a);
+    check_look(a);
     if (!a.reference.empty() && a.shade == "level")
         throw UsageError("--reference: a mesh has no levels to compare with --shade level");
 }

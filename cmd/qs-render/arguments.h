@@ -7,6 +7,7 @@
 
 #include "core/program.h"
 #include "qs-render/camera_options.h"
+#include "qs-render/parts.h"
 #include "qs-render/sources.h"
 #include "render/image.h"
 #include "scene/backends.h"
@@ -22,7 +23,11 @@ struct Arguments {
     std::array<double, 2> resolution{1280, 720};
     double threshold_px = 1, threshold_diameter_px = kNotGiven, fps = kNotGiven;
     CLI::Option* threshold = nullptr;
-    bool keep_backfaces = false;
+    bool keep_backfaces = false, is_stereo = false;
+    std::string frames, tile, samples = "1";
+    std::array<double, 3> key_light{kNotGiven, kNotGiven, kNotGiven};
+    double eye_angle_deg = 2;
+    CLI::Option* eye_angle = nullptr;
     std::string splat = "smooth", shade = "lit", background = "0,0,0", occlusion = "auto";
     std::string backend = "auto";
     bool lists_backends = false;  // and does nothing else
@@ -37,6 +42,8 @@ void check(const Arguments& arguments, const std::vector<Source>& sources);
 
 // These throw core::UsageError for words that they do not know.
 scene::DrawOptions draw_options(const Arguments& arguments);
+scene::Screen screen(const Arguments& arguments);
+FrameRange frame_range(const Arguments& arguments);
 render::ImageFormat format_of(const Arguments& arguments);
 scene::BackendKind backend_of(const Arguments& arguments);
 

@@ -220,6 +220,13 @@ View part_of(const View& view, int left, int top, int width, int height) {
     return part;
 }
 
+View moved_aside(const View& view, double offset, double depth) {
+    View moved = view;
+    moved.eye += offset * view.right;
+    moved.shift_px.x += view.focal_px * (offset / depth);
+    return moved;
+}
+
 View subdivided(const View& view, int across) {
     View fine = view;
     fine.width *= across, fine.height *= across;

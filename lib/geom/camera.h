@@ -78,6 +78,11 @@ View make_view(const Camera& camera, int width, int height);
 // rectangle lies in the picture.
 View part_of(const View& view, int left, int top, int width, int height);
 
+// The view of an eye that is moved by `offset` to the right (world units) and looks the same way, its frustum
+// shifted so that what is at `depth` before it stays where it was in the picture: one of a pair of eyes whose
+// screen is at that depth.
+View moved_aside(const View& view, double offset, double depth);
+
 // The same picture with each pixel cut into across x across.
 View subdivided(const View& view, int across);
 

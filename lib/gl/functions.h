@@ -55,6 +55,7 @@
     X(Uniform1f, PFNGLUNIFORM1FPROC)                             \
     X(Uniform1i, PFNGLUNIFORM1IPROC)                             \
     X(Uniform2f, PFNGLUNIFORM2FPROC)                             \
+    X(Uniform3f, PFNGLUNIFORM3FPROC)                             \
     X(UniformMatrix3fv, PFNGLUNIFORMMATRIX3FVPROC)               \
     X(UnmapBuffer, PFNGLUNMAPBUFFERPROC)                         \
     X(UseProgram, PFNGLUSEPROGRAMPROC)                           \

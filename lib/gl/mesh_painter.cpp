@@ -180,16 +180,18 @@ GLuint MeshPainter::State::program_of(const Use& gl, Shade shade) {
     return program;
 }
 
-void MeshPainter::draw(const geom::View& view, Shade shade, glm::u8vec3 background, render::Frame& frame) {
+void MeshPainter::draw(const geom::View& view, const render::Look& look, render::Frame& frame) {
     State& s = *state_;
+    check_samples(look);
     frame.resize(view.width, view.height);
     const Use gl(*s.device);
-    const bool grey = shade == Shade::level;
+    const bool grey = look.shade == Shade::level;
     if (grey != s.looks_are_grey) s.send_looks(gl, grey);
     const double scale = s.scale_of(view);
     s.send_places(gl, view, scale);
-    const GLuint program = s.program_of(gl, grey ? Shade::lit : shade);
+    const GLuint program = s.program_of(gl, grey ? Shade::lit : look.shade);
     gl->UseProgram(program);
+    set_light(gl, program, render::light_of(look, view));
     const auto uniform = [&](const char* name) { return gl->GetUniformLocation(program, name); };
     const double nearest = std::max(view.near.value_or(0) * scale * (1 - 1e-6), double(kNearest));
     constexpr double kMost = std::numeric_limits<float>::max();
@@ -215,7 +217,7 @@ void MeshPainter::draw(const geom::View& view, Shade shade, glm::u8vec3 backgrou
         gl->Uniform2f(uniform("size"), float(width), float(height));
         gl->DrawElements(GL_TRIANGLES, GLsizei(3 * s.mesh.triangles.size()), GL_UNSIGNED_INT, nullptr);
         gl.check(core::text("drawing %zu triangles", s.mesh.triangles.size()));
-        read_part(gl, part, kSteps, 1 / scale, background, s.read_back, frame);
+        read_part(gl, part, kSteps, 1 / scale, look, s.read_back, frame);
     }
 }
 

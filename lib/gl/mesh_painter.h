@@ -24,8 +24,7 @@ class MeshPainter final : public render::MeshPainter {
     const Device& device() const;
 
     // Throws core::Error where GL fails.
-    void draw(const geom::View& view, render::Shade shade, glm::u8vec3 background,
-              render::Frame& frame) override;
+    void draw(const geom::View& view, const render::Look& look, render::Frame& frame) override;
 
   private:
     struct State;

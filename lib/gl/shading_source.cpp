@@ -1,12 +1,14 @@
 #include "gl/shading_source.h"
 
 #include "core/error.h"
-#include "render/shading.h"
 
 namespace gl {
 namespace {
 
 constexpr const char* kShading = R"(
+uniform vec3 light;  // ambient, head, key
+uniform vec3 towards_key;
+
 uint nearest_byte(float value) { return uint(clamp(value, 0.0, 255.0) + 0.5); }
 
 // 0xffBBGGRR: the highest byte says that something was drawn.
@@ -22,7 +24,7 @@ uint shaded(vec3 normal, vec3 material) {
 #elif SHADE == FLAT
     return packed_rgb(material);
 #else
-    return packed_rgb(material * (AMBIENT + DIFFUSE * max(-normal.z, 0.0)));
+    return packed_rgb(material * (light.x + light.y * max(-normal.z, 0.0) + light.z * max(dot(normal, towards_key), 0.0)));
 #endif
 }
 )";
@@ -32,10 +34,14 @@ uint shaded(vec3 normal, vec3 material) {
 std::string shading_source(render::Shade shade) {
     std::string text =
         "#version 330 core\n#define LIT 0\n#define NORMAL 1\n#define LEVEL 2\n#define FLAT 3\n";
-    text += core::text("#define SHADE %d\n#define AMBIENT %.9g\n#define DIFFUSE %.9g\n#define GREY %.9g\n",
-                       int(shade), double(render::kAmbient), double(render::kDiffuse),
-                       double(render::kGreyMaterial));
+    text += core::text("#define SHADE %d\n#define GREY %.9g\n", int(shade), double(render::kGreyMaterial));
     return text + kShading;
+}
+
+void set_light(const Use& gl, GLuint program, const render::Light& light) {
+    gl->Uniform3f(gl->GetUniformLocation(program, "light"), light.ambient, light.head, light.key);
+    const glm::vec3& l = light.towards_key;
+    gl->Uniform3f(gl->GetUniformLocation(program, "towards_key"), l.x, l.y, l.z);
 }
 
 }  // namespace gl

@@ -3,7 +3,8 @@
 
 #include <string>
 
-#include "render/frame.h"
+#include "gl/objects.h"
+#include "render/shading.h"
 
 namespace gl {
 
@@ -12,5 +13,8 @@ namespace gl {
 //     uint shaded(vec3 normal, vec3 material)
 // which is 0xffBBGGRR of a unit normal in view space and a material of 0 to 255.
 std::string shading_source(render::Shade shade);
+
+// Of a program made with it, which is in use.
+void set_light(const Use& gl, GLuint program, const render::Light& light);
 
 }  // namespace gl

@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "gl/objects.h"
 #include "gl/picture.h"
+#include "gl/shading_source.h"
 #include "gl/splat_shaders.h"
 #include "render/splat_record.h"
 
@@ -137,6 +138,7 @@ GLuint SplatPainter::State::make_array(const Use& gl, GLuint divisor) const {
 
 void SplatPainter::begin(const geom::View& view, const render::SplatterOptions& options, size_t task_count) {
     State& s = *state_;
+    check_samples(options.look);
     s.params = render::SetupParams(view, options);
     s.task_count = task_count;
     if (s.tasks.size() < task_count) s.tasks.resize(task_count);
@@ -207,7 +209,7 @@ void SplatPainter::State::upload(const Use& gl) {
 
 SplatVariant SplatPainter::State::variant(SplatPass pass, bool quads) const {
     const render::SplatterOptions& options = params.options;
-    return {pass, options.kind, options.shade, options.has_colour, params.has_limits(), quads};
+    return {pass, options.kind, options.look.shade, options.has_colour, params.has_limits(), quads};
 }
 
 void SplatPainter::State::draw_variant(const Use& gl, const Part& part, const SplatVariant& variant,
@@ -220,6 +222,7 @@ void SplatPainter::State::draw_variant(const Use& gl, const Part& part, const Sp
     const auto uniform = [&](const char* name) { return gl->GetUniformLocation(program, name); };
     const geom::View& view = params.view;
     const glm::vec2 principal(view.principal());
+    set_light(gl, program, params.light);
     gl->Uniform2f(uniform("principal"), principal.x, principal.y);
     gl->Uniform2f(uniform("origin"), float(view.margins.left + part.x), float(view.margins.top + part.y));
     gl->Uniform2f(uniform("size"), float(part.width), float(part.height));
@@ -289,6 +292,7 @@ void SplatPainter::State::resolve(const Use& gl) {
     GLuint& program = resolves[key];
     if (program == 0) program = make_program(gl, screen_vertex_source(), resolve_source(key));
     gl->UseProgram(program);
+    set_light(gl, program, params.light);
     const std::array<std::pair<const char*, const Texture*>, 3> textures{
         {{"normals", &smoothing->normals}, {"colours", &smoothing->colours}, {"lead", &smoothing->lead}}};
     for (size_t unit = 0; unit < textures.size(); ++unit) {
@@ -314,7 +318,7 @@ void SplatPainter::finish(render::Frame& frame) {
         gl->Viewport(0, 0, part.width, part.height);
         options.kind == SplatKind::smooth ? s.draw_smooth(gl, part) : s.draw_nearest(gl, part);
         gl.check(core::text("drawing %zu splats", s.point_count + s.quad_count));
-        read_part(gl, part, 1, options.depth_unit, options.background, s.read_back, frame);
+        read_part(gl, part, 1, options.depth_unit, options.look, s.read_back, frame);
     }
 }
 

@@ -16,11 +16,12 @@ using geom::SplatBatch;
 // has_colour: the batches' colours are the material, else 0.9 grey.
 struct SplatterOptions {
     SplatKind kind = SplatKind::smooth;
-    Shade shade = Shade::lit;
+    Look look{};
     bool has_colour = false;
-    glm::u8vec3 background{0, 0, 0};
     double depth_unit = 1;  // world units in a unit of the splats: depths of the frame are in world units
 };
+
+constexpr int kMostSamples = 65536;  // of a picture, a side
 
 // Draws splats, frame after frame:  begin(), then for each task any number of add() and one end_task(), then
 // finish().
@@ -28,8 +29,8 @@ class SplatPainter {
   public:
     virtual ~SplatPainter() = default;
 
-    // Starts a frame of at most 65535 x 65535 pixels.  `task_count`: how many tasks may call add(), numbered
-    // from 0.  Memory of earlier frames is reused.
+    // Starts a frame that is, or is a part of, a picture of at most kMostSamples x kMostSamples samples.
+    // `task_count`: how many tasks may call add(), numbered from 0.  Memory of earlier frames is reused.
     virtual void begin(const geom::View& view, const SplatterOptions& options, size_t task_count) = 0;
 
     // Adds a batch of one task; different tasks may be added from different threads at once, one task's
@@ -54,7 +55,7 @@ class MeshPainter {
     // cloud draws nothing.  Points that are not between the view's near and far are not drawn, so that what
     // is behind them shows; without near the eye's plane is the near plane.  The frame is resized to the
     // view.
-    virtual void draw(const geom::View& view, Shade shade, glm::u8vec3 background, Frame& frame) = 0;
+    virtual void draw(const geom::View& view, const Look& look, Frame& frame) = 0;
 };
 
 }  // namespace render

@@ -254,6 +254,14 @@ std::vector<uint8_t> coverage(const Frame& frame) {
     return covered;
 }
 
+std::vector<uint8_t> over_black(const Frame& frame) {
+    std::vector<uint8_t> rgb = frame.rgb;
+    for (size_t i = 0; i < frame.alpha.size(); ++i)
+        for (size_t c = 3 * i; c < 3 * i + 3; ++c)
+            rgb[c] = static_cast<uint8_t>((frame.alpha[i] * rgb[c] + 127) / 255);
+    return rgb;
+}
+
 std::optional<double> depth_rmse_px(const Frame& a, const Frame& reference, double focal_px) {
     double sum = 0;
     uint64_t count = 0;
@@ -278,8 +286,9 @@ ImageDifference compare(const Image& a, const Image& b, glm::u8vec3 background) 
 
 ImageDifference compare(const Frame& a, const Frame& reference, double focal_px) {
     check_sizes(a, reference);
+    const std::vector<uint8_t> rgb_a = over_black(a), rgb_b = over_black(reference);
     ImageDifference d =
-        measure({a.width, a.height, a.rgb.data(), reference.rgb.data(), coverage(a), coverage(reference)});
+        measure({a.width, a.height, rgb_a.data(), rgb_b.data(), coverage(a), coverage(reference)});
     d.depth_rmse_px = depth_rmse_px(a, reference, focal_px);
     return d;
 }

@@ -38,11 +38,20 @@ struct Stream {
 struct Job {
     enum class Kind { picture, depth } kind = Kind::picture;
     int width = 0, height = 0;
+    int channels = 3;            // of a picture's pixels
     std::vector<uint8_t> bytes;  // the pixels, or the depths as they lie in memory
     std::string path;            // file of its own
     Stream* stream = nullptr;    // or the shared one
     uint64_t turn = 0;           // in the stream
 };
+
+void put_rgba(const Frame& frame, std::vector<uint8_t>& out) {
+    out.resize(4 * frame.alpha.size());
+    for (size_t i = 0; i < frame.alpha.size(); ++i) {
+        std::memcpy(out.data() + 4 * i, frame.rgb.data() + 3 * i, 3);
+        out[4 * i + 3] = frame.alpha[i];
+    }
+}
 
 }  // namespace
 
@@ -71,7 +80,7 @@ struct FrameWriter::State {
     std::vector<uint8_t> take_buffer();
     void submit(Job job);
     Stream& stream_of(const std::string& path);
-    void place(Job& job, const std::string& path, int frame_number);
+    void place(Job& job, const std::string& path, int frame_number, const std::string& eye);
     void work();
     void run(Job& job);
     std::vector<std::byte> encode(const Job& job) const;
@@ -128,12 +137,12 @@ Stream& FrameWriter::State::stream_of(const std::string& path) {
     return *stream;
 }
 
-void FrameWriter::State::place(Job& job, const std::string& path, int frame_number) {
+void FrameWriter::State::place(Job& job, const std::string& path, int frame_number, const std::string& eye) {
     if (has_frame_number(path)) {
-        job.path = frame_name(path, frame_number);
+        job.path = frame_name(path, frame_number, eye);
         return;
     }
-    const std::string file = frame_name(path, frame_number);
+    const std::string file = frame_name(path, frame_number, eye);
     Stream& stream = stream_of(file);
     // A viewer would show the first of several pictures in one file and be silent about the others.
     const bool holds_one = job.kind == Job::Kind::depth || format == ImageFormat::png;
@@ -182,7 +191,7 @@ std::vector<std::byte> FrameWriter::State::encode(const Job& job) const {
         return encode_pfm(reinterpret_cast<const float*>(rgb), job.width, job.height);
     switch (format) {
         case ImageFormat::png:
-            return encode_png(rgb, job.width, job.height);
+            return encode_png(rgb, job.width, job.height, job.channels);
         case ImageFormat::ppm:
             return encode_ppm(rgb, job.width, job.height);
         case ImageFormat::rgb: {
@@ -239,7 +248,7 @@ FrameWriter::~FrameWriter() {
     state_->stop();
 }
 
-void FrameWriter::write(int frame_number, const Frame& frame) {
+void FrameWriter::write(int frame_number, const Frame& frame, const std::string& eye) {
     State& s = *state_;
     check_image_size(frame.width, frame.height, s.name);
     if (!s.is_sequence && s.stream_width != 0 &&
@@ -247,15 +256,24 @@ void FrameWriter::write(int frame_number, const Frame& frame) {
         throw Error(text("%s: frame %d is %d x %d pixels, the stream began with %d x %d", s.name.c_str(),
                          frame_number, frame.width, frame.height, s.stream_width, s.stream_height));
     s.stream_width = frame.width, s.stream_height = frame.height;
+    if (!frame.alpha.empty() && s.format != ImageFormat::png)
+        throw Error(
+            text("%s: frame %d is transparent, which only PNG can hold", s.name.c_str(), frame_number));
     Job job;
     job.width = frame.width, job.height = frame.height;
     job.bytes = s.take_buffer();
-    job.bytes.assign(frame.rgb.begin(), frame.rgb.end());
-    s.place(job, s.name, frame_number);
+    if (frame.alpha.empty()) {
+        job.bytes.assign(frame.rgb.begin(), frame.rgb.end());
+    } else {
+        job.channels = 4;
+        put_rgba(frame, job.bytes);
+    }
+    s.place(job, s.name, frame_number, eye);
     s.submit(std::move(job));
 }
 
-void FrameWriter::write_depth(const std::string& name, int frame_number, const Frame& frame) {
+void FrameWriter::write_depth(const std::string& name, int frame_number, const Frame& frame,
+                              const std::string& eye) {
     State& s = *state_;
     if (name == s.name) throw UsageError(text("'%s': pictures and depths go to one file", name.c_str()));
     check_image_size(frame.width, frame.height, name);
@@ -265,7 +283,7 @@ void FrameWriter::write_depth(const std::string& name, int frame_number, const F
     job.bytes = s.take_buffer();
     const auto* depth = reinterpret_cast<const uint8_t*>(frame.depth.data());
     job.bytes.assign(depth, depth + frame.depth.size() * sizeof(float));
-    s.place(job, name, frame_number);
+    s.place(job, name, frame_number, eye);
     s.submit(std::move(job));
 }
 

@@ -84,43 +84,53 @@ Image read_ppm(std::span<const std::byte> bytes, const std::string& name) {
     return image;
 }
 
-// A file name's one conversion: the bytes [begin, end), filled with zeros to `digits`.
+// A place in a file name, the bytes [begin, end): for the eye, or for the number, filled with zeros to
+// `digits`.
 struct Conversion {
     size_t begin = 0, end = 0;
     int digits = 1;
+    bool is_eye = false;
 };
 
-// The conversion at `percent`: %d or %0Nd.
+// The conversion at `percent`: %d, %0Nd or %s.
 Conversion parse_conversion(const std::string& name, size_t percent) {
     Conversion conversion{percent, percent + 2, 1};
     const std::string_view rest = std::string_view(name).substr(percent + 1);
-    if (rest.starts_with('d')) return conversion;
+    conversion.is_eye = rest.starts_with('s');
+    if (rest.starts_with('d') || conversion.is_eye) return conversion;
     if (rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' && rest[1] <= '9' && rest[2] == 'd') {
         conversion.end = percent + 4;
         conversion.digits = rest[1] - '0';
         return conversion;
     }
     throw UsageError(
-        text("'%s': a %% in a file name is %%d or %%0Nd for the frame's number, or %%%% for itself",
+        text("'%s': a %% in a file name is %%d or %%0Nd for the frame's number, %%s for the eye, or %%%% for "
+             "itself",
              name.c_str()));
 }
 
-// `name` with the number put in; `has_number` says whether there was a place for it.
-std::string expand_name(const std::string& name, int frame_number, bool& has_number) {
-    std::string out;
-    has_number = false;
+// `name` with number and eye put in, and whether there was a place for each.
+struct ExpandedName {
+    std::string text;
+    bool has_number = false, has_eye = false;
+};
+
+ExpandedName expand_name(const std::string& name, int frame_number, const std::string& eye) {
+    ExpandedName out;
     for (size_t i = 0; i < name.size();) {
         if (name[i] != '%') {
-            out += name[i++];
+            out.text += name[i++];
         } else if (name.compare(i, 2, "%%") == 0) {
-            out += '%';
+            out.text += '%';
             i += 2;
         } else {
             const Conversion conversion = parse_conversion(name, i);
-            if (has_number)
-                throw UsageError(text("'%s': the name has two places for the frame's number", name.c_str()));
-            has_number = true;
-            out += text("%0*d", conversion.digits, frame_number);
+            bool& has = conversion.is_eye ? out.has_eye : out.has_number;
+            if (has)
+                throw UsageError(text("'%s': the name has two places for the %s", name.c_str(),
+                                      conversion.is_eye ? "eye" : "frame's number"));
+            has = true;
+            out.text += conversion.is_eye ? eye : text("%0*d", conversion.digits, frame_number);
             i = conversion.end;
         }
     }
@@ -192,15 +202,16 @@ Image read_image(const std::string& path) {
     return decode_image(file.bytes(), file.name());
 }
 
-std::string frame_name(const std::string& name, int frame_number) {
-    bool has_number;
-    return expand_name(name, frame_number, has_number);
+std::string frame_name(const std::string& name, int frame_number, const std::string& eye) {
+    return expand_name(name, frame_number, eye).text;
 }
 
 bool has_frame_number(const std::string& name) {
-    bool has_number;
-    expand_name(name, 0, has_number);
-    return has_number;
+    return expand_name(name, 0, "").has_number;
+}
+
+bool has_eye(const std::string& name) {
+    return expand_name(name, 0, "").has_eye;
 }
 
 }  // namespace render

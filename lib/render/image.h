@@ -29,9 +29,10 @@ ImageFormat format_of_name(const std::string& name);
 
 // `rgb`: 3 * width * height bytes, 1 x 1 at least.  Throw core::Error beyond the limits above.
 //
-// PNG by the Up filter and libdeflate level 1 (11 to 14 ms at 1280x720, where libpng takes 126).  Keeps
-// about 6 bytes a pixel of scratch memory for each thread that called it.
-std::vector<std::byte> encode_png(const uint8_t* rgb, int width, int height);
+// PNG of `channels` bytes a pixel, 3 or (alpha last) 4, by the Up filter and libdeflate level 1 (11 to 14 ms
+// at 1280x720, where libpng takes 126).  Keeps about 6 bytes a pixel of scratch memory for each thread that
+// called it.
+std::vector<std::byte> encode_png(const uint8_t* pixels, int width, int height, int channels = 3);
 std::vector<std::byte> encode_ppm(const uint8_t* rgb, int width, int height);
 // Little-endian PFM, one channel, rows bottom to top as the format has them; background is inf.
 std::vector<std::byte> encode_pfm(const float* values, int width, int height);
@@ -59,10 +60,12 @@ class FrameWriter {
     // a rate out of range and for a name that frame_name() refuses.
     FrameWriter(std::string name, ImageFormat format, double frames_per_s);
     ~FrameWriter();
-    // Copies what it needs.  All frames of one stream have one size (core::Error).
-    void write(int frame_number, const Frame& frame);
+    // Copies what it needs.  All frames of one stream have one size, and only PNG takes an alpha
+    // (core::Error). `eye`: as in frame_name().
+    void write(int frame_number, const Frame& frame, const std::string& eye = "");
     // The depth as PFM, a file a frame, named as above; "-" is a stream of them.
-    void write_depth(const std::string& name, int frame_number, const Frame& frame);
+    void write_depth(const std::string& name, int frame_number, const Frame& frame,
+                     const std::string& eye = "");
     void finish();  // waits, commits; throws the first failure
 
   private:
@@ -70,11 +73,14 @@ class FrameWriter {
     std::unique_ptr<State> state_;
 };
 
-// Name of one frame's file: %d or %0Nd (N from 1 to 9) becomes the number, %% a percent sign.  Throws
-// core::UsageError for any other % and for a second number.
-std::string frame_name(const std::string& name, int frame_number);
+// Name of one frame's file: %d or %0Nd (N from 1 to 9) becomes the number, %s the eye, %% a percent sign.
+// Throws core::UsageError for any other %, for a second number and for a second eye.
+std::string frame_name(const std::string& name, int frame_number, const std::string& eye = "");
 
 // True if `name` has a place for the frame's number.  Throws as frame_name().
 bool has_frame_number(const std::string& name);
+
+// True if `name` has a place for the eye.  Throws as frame_name().
+bool has_eye(const std::string& name);
 
 }  // namespace render

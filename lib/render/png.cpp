@@ -29,16 +29,16 @@ struct Scratch {
 };
 
 // Every row gets the Up filter: each byte less the one above it.
-void filter_up(const uint8_t* rgb, size_t row_bytes, size_t height, uint8_t* out) {
+void filter_up(const uint8_t* pixels, size_t row_bytes, size_t height, uint8_t* out) {
     constexpr uint8_t kUp = 2;
     *out++ = kUp;
-    std::memcpy(out, rgb, row_bytes);
+    std::memcpy(out, pixels, row_bytes);
     for (size_t row = 1; row < height; ++row) {
         out += row_bytes;
-        const uint8_t* above = rgb;
-        rgb += row_bytes;
+        const uint8_t* above = pixels;
+        pixels += row_bytes;
         *out++ = kUp;
-        for (size_t i = 0; i < row_bytes; ++i) out[i] = static_cast<uint8_t>(rgb[i] - above[i]);
+        for (size_t i = 0; i < row_bytes; ++i) out[i] = static_cast<uint8_t>(pixels[i] - above[i]);
     }
 }
 
@@ -58,13 +58,14 @@ void put_chunk(std::vector<std::byte>& out, const char* type, const void* data, 
 
 }  // namespace
 
-std::vector<std::byte> encode_png(const uint8_t* rgb, int width, int height) {
+std::vector<std::byte> encode_png(const uint8_t* pixels, int width, int height, int channels) {
     check_image_size(width, height, "png");
     thread_local Scratch scratch;
     if (!scratch.compressor) throw std::bad_alloc();
-    const size_t row_bytes = 3 * static_cast<size_t>(width), rows = static_cast<size_t>(height);
+    const size_t row_bytes = static_cast<size_t>(channels) * static_cast<size_t>(width);
+    const size_t rows = static_cast<size_t>(height);
     scratch.filtered.resize((row_bytes + 1) * rows);
-    filter_up(rgb, row_bytes, rows, scratch.filtered.data());
+    filter_up(pixels, row_bytes, rows, scratch.filtered.data());
     scratch.compressed.resize(
         libdeflate_zlib_compress_bound(scratch.compressor.get(), scratch.filtered.size()));
     const size_t size =
@@ -74,7 +75,8 @@ std::vector<std::byte> encode_png(const uint8_t* rgb, int width, int height) {
     std::vector<std::byte> header;
     put_big_endian(header, static_cast<uint32_t>(width));
     put_big_endian(header, static_cast<uint32_t>(height));
-    for (int value : {8, 2, 0, 0, 0}) header.push_back(std::byte(value));  // 8 bits, RGB, not interlaced
+    const int colour_type = channels == 4 ? 6 : 2;
+    for (int value : {8, colour_type, 0, 0, 0}) header.push_back(std::byte(value));  // 8 bits, not interlaced
 
     std::vector<std::byte> out;
     out.reserve(size + 64);

@@ -275,20 +275,22 @@ void store(glm::u8vec3 colour, uint8_t* rgb) {
 
 struct Shader {
     glm::mat3 view_from_world;
+    Look look;
     Shade mode;
     bool levels;  // grey, whatever colours the mesh has
-    glm::u8vec3 background;
+    Light light;
 
-    Shader(const geom::View& view, Shade shade, glm::u8vec3 behind)
+    Shader(const geom::View& view, const Look& of)
         : view_from_world(glm::transpose(glm::dmat3(view.right, view.down, view.forward))),
-          mode(shade == Shade::level ? Shade::lit : shade),
-          levels(shade == Shade::level),
-          background(behind) {}
+          look(of),
+          mode(of.shade == Shade::level ? Shade::lit : of.shade),
+          levels(of.shade == Shade::level),
+          light(light_of(of, view)) {}
 
     glm::u8vec3 shade(const glm::vec3& world_normal, const glm::vec3& material) const {
         const float length = glm::length(world_normal);
         const glm::vec3 normal = length > 0 ? view_from_world * world_normal / length : glm::vec3(0);
-        return shade_point(mode, normal, material);
+        return shade_point(mode, normal, material, light);
     }
 };
 
@@ -421,26 +423,42 @@ struct MeshRaster::State {
         for (int k = 0; k < 3; ++k) __builtin_prefetch(&rays[t[k]]), __builtin_prefetch(&spans[t[k]]);
     }
 
+    // The tile's pixels, of across x across samples each.
     void shade_tile(const Raster& raster, size_t tile_index, const TileBuffer& drawn, const Shader& shader,
                     double scale, Frame& frame) const {
         const PixelBox tile = raster.tile(int(tile_index) % raster.tiles_x, int(tile_index) / raster.tiles_x);
-        for (int j = tile.first_y; j <= tile.last_y; ++j) {
-            for (int i = tile.first_x; i <= tile.last_x; ++i) {
+        const int across = shader.look.samples_across;
+        for (int j = tile.first_y; j <= tile.last_y; j += across) {
+            for (int i = tile.first_x; i <= tile.last_x; i += across) {
                 const int at = (j - tile.first_y) * kTile + (i - tile.first_x);
-                const size_t pixel = size_t(j) * size_t(raster.width) + size_t(i);
-                if (drawn.z[at] == std::numeric_limits<double>::infinity()) {
-                    store(shader.background, &frame.rgb[3 * pixel]);
-                    continue;
-                }
+                const size_t pixel = size_t(j / across) * size_t(frame.width) + size_t(i / across);
+                const MixedPixel mixed = shade_pixel(drawn, at, shader);
+                store(mixed.rgb, &frame.rgb[3 * pixel]);
+                if (!frame.alpha.empty()) frame.alpha[pixel] = mixed.alpha;
+                const double z = drawn.z[at + shader.look.depth_sample() * (kTile + 1)];
+                constexpr double kMost = std::numeric_limits<float>::max();
+                if (std::isfinite(z)) frame.depth[pixel] = float(std::min(z / scale, kMost));
+            }
+        }
+    }
+
+    // The pixel whose first sample is `first`.
+    MixedPixel shade_pixel(const TileBuffer& drawn, int first, const Shader& shader) const {
+        const int across = shader.look.samples_across;
+        PixelSamples samples{.count = uint32_t(across * across)};
+        for (int y = 0; y < across; ++y) {
+            for (int x = 0; x < across; ++x) {
+                const int at = first + y * kTile + x;
+                if (drawn.z[at] == std::numeric_limits<double>::infinity()) continue;
                 const glm::u32vec3 t = mesh.triangles[drawn.triangle[at]];
                 const glm::vec3 weights{1 - drawn.weight_b[at] - drawn.weight_c[at], drawn.weight_b[at],
                                         drawn.weight_c[at]};
-                store(shader.shade(interpolate(normals(), t, weights), material(t, weights, shader.levels)),
-                      &frame.rgb[3 * pixel]);
-                constexpr double kMost = std::numeric_limits<float>::max();
-                frame.depth[pixel] = float(std::min(drawn.z[at] / scale, kMost));
+                samples.core_sum += glm::u32vec3(
+                    shader.shade(interpolate(normals(), t, weights), material(t, weights, shader.levels)));
+                ++samples.cores;
             }
         }
+        return mix(samples, shader.look);
     }
 
     glm::vec3 material(const glm::u32vec3& t, const glm::vec3& weights, bool grey) const {
@@ -453,12 +471,15 @@ MeshRaster::MeshRaster(const mesh::Mesh& mesh) : state_(std::make_unique<State>(
 
 MeshRaster::~MeshRaster() = default;
 
-void MeshRaster::draw(const geom::View& view, Shade shade, glm::u8vec3 background, Frame& frame) {
+void MeshRaster::draw(const geom::View& view, const Look& look, Frame& frame) {
     frame.resize(view.width, view.height);
-    const double scale = state_->frame_scale(view);
-    const Raster raster(view, scale);
-    const Shader shader(view, shade, background);
-    state_->transform(raster, view, scale);
+    if (look.has_alpha()) frame.alpha.resize(frame.depth.size());
+    frame.depth_at = look.depth_at();
+    const geom::View samples = subdivided(view, look.samples_across);
+    const double scale = state_->frame_scale(samples);
+    const Raster raster(samples, scale);
+    const Shader shader(view, look);
+    state_->transform(raster, samples, scale);
     state_->sort_into_tiles(raster);
     core::parallel_for(size_t(raster.tiles_x) * size_t(raster.tiles_y), [&](size_t tile) {
         TileBuffer drawn;

@@ -30,11 +30,12 @@ std::vector<glm::vec3> filled_normals(const mesh::Mesh& mesh);
 // Parallel; the same frame for any number of threads; one draw() at a time.
 // Exact while the magnitudes of the coordinates (from the eye) differ by less than 1e60 in one scene.
 // Memory: 40 bytes a vertex (52 where normals are computed) and 12 a triangle in view, kept between frames.
+// Of several samples a pixel each is drawn as a pixel of a larger picture would be; the frame is their mean.
 class MeshRaster final : public MeshPainter {
   public:
     explicit MeshRaster(const mesh::Mesh& mesh);
     ~MeshRaster() override;
-    void draw(const geom::View& view, Shade shade, glm::u8vec3 background, Frame& frame) override;
+    void draw(const geom::View& view, const Look& look, Frame& frame) override;
 
   private:
     struct State;

@@ -48,8 +48,8 @@ HWY_INLINE Rgb<hn::Vec<D>> unpack_rgb(D d, VU packed) {
 
 // shade_point() of a unit normal and a material.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE hn::Vec<hn::RebindToUnsigned<D>> shade_points(D d, Shade shade, V nx, V ny, V nz,
-                                                         Rgb<V> material) {
+HWY_INLINE hn::Vec<hn::RebindToUnsigned<D>> shade_points(D d, Shade shade, const Light& light, V nx, V ny,
+                                                         V nz, Rgb<V> material) {
     if (shade == Shade::normal) {
         const V half = hn::Set(d, 127.5f);
         return pack_rgb(d, hn::Add(half, hn::Mul(half, nx)), hn::Sub(half, hn::Mul(half, ny)),
@@ -57,7 +57,13 @@ HWY_INLINE hn::Vec<hn::RebindToUnsigned<D>> shade_points(D d, Shade shade, V nx,
     }
     if (shade == Shade::flat) return pack_rgb(d, material.r, material.g, material.b);
     const V towards_eye = hn::IfThenElseZero(hn::Lt(nz, hn::Zero(d)), hn::Neg(nz));
-    const V factor = hn::Add(hn::Set(d, kAmbient), hn::Mul(hn::Set(d, kDiffuse), towards_eye));
+    V factor = hn::Add(hn::Set(d, light.ambient), hn::Mul(hn::Set(d, light.head), towards_eye));
+    if (light.key > 0.0f) {
+        const glm::vec3& l = light.towards_key;
+        const V towards_key = hn::Add(hn::Add(hn::Mul(nx, hn::Set(d, l.x)), hn::Mul(ny, hn::Set(d, l.y))),
+                                      hn::Mul(nz, hn::Set(d, l.z)));
+        factor = hn::Add(factor, hn::Mul(hn::Set(d, light.key), hn::Max(towards_key, hn::Zero(d))));
+    }
     return pack_rgb(d, hn::Mul(material.r, factor), hn::Mul(material.g, factor), hn::Mul(material.b, factor));
 }
 

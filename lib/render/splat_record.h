@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/frame.h"
+#include "render/shading.h"
 #include "render/splatter.h"
 #include "render/tile_bins.h"
 
@@ -27,7 +27,7 @@ struct alignas(64) SplatRecord {
     float w, w_dx, w_dy;      // inverse depth at the outline's centre, and its slopes per px
     uint32_t colour;          // 0x00BBGGRR: material where blended, else what is written
     float nx, ny, nz;         // normal
-    float unused;
+    int16_t core_a, core_b;   // see kCoreScale
 };
 static_assert(sizeof(SplatRecord) == 64);
 
@@ -48,6 +48,11 @@ inline constexpr float kMinFlatness = 1.0f / 4096.0f;
 // Outlines grow by this part of themselves, so that rounding cannot open a hole between two splats
 // that share a boundary; one thousandth of a pixel at 100 px.
 inline constexpr float kGrowth = 1.0e-5f;
+
+// The core of a splat is where t - (s a + u b)^2 is at least kCoreEdge, for s, u = core_a, core_b /
+// kCoreScale: the ellipsoid with a tenth of its thickness and 0.95 of its radius.
+inline constexpr float kCoreScale = 2048;
+inline constexpr float kCoreEdge = 1 - 0.95f * 0.95f;
 
 // A splat that contains the eye, or reaches to its plane or nearly so.  Its outline may be any conic, so
 // that each pixel's ray is intersected.  Lengths in units of its radius.
@@ -72,15 +77,22 @@ struct TileGrid {
     size_t count() const { return size_t(across) * size_t(down); }
 };
 
+// Its pixels, and those of tiles and records, are samples: Look::samples_across each way in one of the frame.
 struct SetupParams {
     geom::View view;
     SplatterOptions options;
+    Light light;
     // Inverse depths, in those of the splats, of the view's far and near: nothing else is drawn.
     float least_w, most_w;
 
     SetupParams() = default;
     SetupParams(const geom::View& seen, const SplatterOptions& wanted);
 
+    // Where a pixel has one sample it may show nothing but covers: else a hole would be a pixel wide.
+    bool has_cores() const {
+        return options.look.samples_across > 1 &&
+               (options.kind == SplatKind::ellipse || options.kind == SplatKind::smooth);
+    }
     bool has_limits() const { return view.near || view.far; }
 };
 

@@ -23,6 +23,9 @@ using V = hn::Vec<F>;
 using U = hn::RebindToUnsigned<F>;
 constexpr size_t kMaxLanes = hn::MaxLanes(F());
 
+// Thickness of a splat's core, in that of the splat.
+constexpr float kCoreFlatness = 0.1f;
+
 // No radius in pixels is less: squares of it stay within float.
 constexpr float kMinRadiusPx = 1.0e-5f;
 
@@ -80,7 +83,24 @@ struct Outline {
     V l1, l2, l3;
     V w, w_dx, w_dy;
     V clearance;  // > 0: wholly before the eye (or wholly behind it)
+    V core_a, core_b;
 };
+
+// The core's covariance is less than the outline's by a multiple of m m^T, m being the projected normal (an,
+// bn); with u = m in the outline's frame its inverse there is 1 + u u^T / (1 - u.u).
+HWY_INLINE void set_core(Outline& o, V half_thickness_px, V an, V bn) {
+    const F d;
+    const V thinned = hn::Mul(half_thickness_px, hn::Set(d, std::sqrt(1 - kCoreFlatness * kCoreFlatness)));
+    const V u_a = hn::Mul(thinned, hn::Add(hn::Mul(o.l1, an), hn::Mul(o.l2, bn)));
+    const V u_b = hn::Mul(thinned, hn::Mul(o.l3, bn));
+    const V rest = hn::Sub(hn::Set(d, 1.0f), hn::Add(square(u_a), square(u_b)));
+    const V least = hn::Set(d, kCoreFlatness * kCoreFlatness);
+    const V inverse = hn::Div(hn::Set(d, kCoreScale), hn::Sqrt(hn::Max(rest, least)));
+    // Close to the eye perspective has its part in the covariance, and u may be longer than it should.
+    const V most = hn::Set(d, 32767.0f);
+    o.core_a = hn::Clamp(hn::Mul(u_a, inverse), hn::Neg(most), most);
+    o.core_b = hn::Clamp(hn::Mul(u_b, inverse), hn::Neg(most), most);
+}
 
 // With P = p/z, r = R/z, c = rho^2 the ellipsoid is the set of planes (dual quadric) r^2 S - P P^T,
 // S = 1 - (1 - c) n n^T, and its outline's dual conic is that matrix itself.  With D = 1 - r^2 S_zz,
@@ -89,7 +109,7 @@ struct Outline {
 // s = c P.P + (1 - c) (n.P)^2.  Each of these is written as a sum of squares (aSa = |a x n|^2 + c (a.n)^2),
 // so that the only difference left is the one that vanishes where the splat reaches the eye's plane.
 HWY_INLINE Outline ellipsoid_outline(float focal_px, V tx, V ty, V inverse_z, V r, V radius_px, V nx, V ny,
-                                     V nz, V flatness) {
+                                     V nz, V flatness, bool has_core) {
     const F d;
     const V one = hn::Set(d, 1.0f);
     const V tiny = hn::Set(d, 1.0e-30f);
@@ -142,6 +162,12 @@ HWY_INLINE Outline ellipsoid_outline(float focal_px, V tx, V ty, V inverse_z, V 
     o.l2 = hn::Neg(hn::Mul(vxy, k));
     o.l3 = hn::Div(edge, o.extent_y);
 
+    if (has_core) {
+        set_core(o, hn::Mul(scale_px, hn::Sqrt(c)), an, bn);
+    } else {
+        o.core_a = o.core_b = hn::Zero(d);
+    }
+
     // Polar plane: 1/z = (1 + e.u/s) / z0 with u = c P + (1 - c) (n.P) n.
     const V gnp = hn::Mul(g, np);
     const V inverse_s = hn::Div(one, s);
@@ -167,6 +193,7 @@ HWY_INLINE Outline aligned_outline(V inverse_z, V radius_px, bool square_kind) {
     o.l2 = zero;
     o.w = inverse_z;
     o.w_dx = o.w_dy = zero;
+    o.core_a = o.core_b = zero;
     return o;
 }
 
@@ -207,6 +234,13 @@ HWY_INLINE hn::Vec<U> pack_pixels(V x, V y) {
     return hn::Or(xi, hn::ShiftLeft<16>(yi));
 }
 
+HWY_INLINE hn::Vec<U> pack_cores(V a, V b) {
+    const hn::RebindToSigned<F> di;
+    const auto ai = hn::BitCast(U(), hn::ConvertTo(di, a));
+    const auto bi = hn::BitCast(U(), hn::ConvertTo(di, b));
+    return hn::Or(hn::And(ai, hn::Set(U(), 0xffffu)), hn::ShiftLeft<16>(bi));
+}
+
 // The sphere of its radius meets all four half-spaces that bound the raster.
 bool may_be_seen(const geom::View& view, double x, double y, double z, double radius) {
     const glm::dvec2 principal = view.principal_in_raster();
@@ -244,7 +278,7 @@ NearSplat near_splat(const SplatChunk& chunk, size_t i, const PixelBox& box, uin
 // Material of each splat: what `smooth` blends, and what the others are shaded with.
 HWY_INLINE Rgb<V> material_of(const SplatterOptions& options, hn::Vec<U> colour) {
     const F d;
-    if (options.has_colour || options.shade == Shade::level) return unpack_rgb(d, colour);
+    if (options.has_colour || options.look.shade == Shade::level) return unpack_rgb(d, colour);
     const V grey = hn::Set(d, kGreyMaterial);
     return {grey, grey, grey};
 }
@@ -317,7 +351,7 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
 
         const Outline o = aligned ? aligned_outline(inverse_z, radius_px, options.kind == SplatKind::square)
                                   : ellipsoid_outline(focal, demote(txd), demote(tyd), inverse_z, r,
-                                                      radius_px, nx, ny, nz, flatness);
+                                                      radius_px, nx, ny, nz, flatness, params.has_cores());
 
         const PixelRange xs = pixel_range(
             hn::Add(hn::Add(demote(projected_x), o.centre_dx), hn::Set(d, static_cast<float>(principal.x))),
@@ -332,7 +366,7 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
 
         const Rgb<V> material = material_of(options, hn::Load(du, colours + i));
         const auto colour =
-            blended ? hn::Load(du, colours + i) : shade_points(d, options.shade, nx, ny, nz, material);
+            blended ? hn::Load(du, colours + i) : shade_points(d, options.look.shade, params.light, nx, ny, nz, material);
 
         // 1/z - 1/(z + R cos): R along the ray, which off the axis is less of depth.  A push of 0 makes the aligned
         // kinds a plain depth test.
@@ -354,7 +388,7 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
                               nx,
                               ny,
                               nz,
-                              hn::Zero(d)};
+                              hn::BitCast(d, pack_cores(o.core_a, o.core_b))};
         written += write_records(fields, visible, out + written);
 
         if (aligned) continue;
@@ -539,7 +573,8 @@ namespace {
 
 // Shade::level colours a splat by its size.
 uint32_t colour_of_level(const SetupParams& params, float z, float radius) {
-    const double diameter = 2.0 * params.view.focal_px * radius / std::abs(double(z));
+    const double focal_px = params.view.focal_px / params.options.look.samples_across;
+    const double diameter = 2.0 * focal_px * radius / std::abs(double(z));
     const glm::u8vec3 c = level_colour(static_cast<float>(std::min(diameter, 1.0e6)));
     return uint32_t(c.r) | uint32_t(c.g) << 8 | uint32_t(c.b) << 16;
 }
@@ -550,7 +585,7 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
                      std::vector<NearSplat>& near_splats) {
     const uint32_t* colours = chunk.colour;
     alignas(64) uint32_t levels[SplatChunk::kCapacity];
-    if (params.options.shade == Shade::level) {
+    if (params.options.look.shade == Shade::level) {
         for (size_t i = 0; i < count; ++i)
             levels[i] = colour_of_level(params, chunk.place[4 * i + 2], chunk.place[4 * i + 3]);
         colours = levels;
@@ -562,7 +597,7 @@ void bin_splats(const SetupParams& params, const SplatBatch& batch, TileBins& bi
                 std::vector<TileRun>& runs, std::vector<NearSplat>& near_splats) {
     const uint32_t* colours = batch.colour;
     alignas(64) uint32_t levels[SplatBatch::kCapacity];
-    if (params.options.shade == Shade::level) {
+    if (params.options.look.shade == Shade::level) {
         for (int i = 0; i < batch.count; ++i)
             levels[i] = colour_of_level(params, batch.z[i], batch.radius[i]);
         colours = levels;

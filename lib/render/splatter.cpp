@@ -31,7 +31,7 @@ float inverse_of(const std::optional<double>& depth, double unit, float otherwis
 }  // namespace
 
 SetupParams::SetupParams(const geom::View& seen, const SplatterOptions& wanted)
-    : view(seen), options(wanted) {
+    : view(subdivided(seen, wanted.look.samples_across)), options(wanted), light(light_of(wanted.look, seen)) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     least_w = inverse_of(view.far, options.depth_unit, -kInfinity);
     most_w = inverse_of(view.near, options.depth_unit, kInfinity);
@@ -67,7 +67,7 @@ Splatter::~Splatter() = default;
 void Splatter::begin(const geom::View& view, const SplatterOptions& options, size_t task_count) {
     State& s = *state_;
     s.params = SetupParams(view, options);
-    s.grid = TileGrid(view);
+    s.grid = TileGrid(s.params.view);
     s.task_count = task_count;
     if (s.tasks.size() < task_count) s.tasks.resize(task_count);
     for (size_t i = 0; i < task_count; ++i) {
@@ -127,12 +127,15 @@ void Splatter::State::sort_runs() {
 }
 
 void Splatter::State::fill_background(const TileJob& job, Frame& frame) const {
-    const glm::u8vec3 c = params.options.background;
-    const int width = job.right - job.left;
-    for (int y = job.top; y < job.bottom; ++y) {
-        const size_t at = job.frame_at + size_t(y - job.top) * size_t(frame.width);
+    const Look& look = params.options.look;
+    const glm::u8vec3 c = look.background;
+    const int width = (job.right - job.left) / look.samples_across;
+    const int height = (job.bottom - job.top) / look.samples_across;
+    for (int y = 0; y < height; ++y) {
+        const size_t at = job.frame_at + size_t(y) * size_t(frame.width);
         std::fill_n(frame.depth.begin() + static_cast<std::ptrdiff_t>(at), width,
                     std::numeric_limits<float>::infinity());
+        if (look.has_alpha()) std::memset(frame.alpha.data() + at, look.background_alpha, size_t(width));
         uint8_t* out = frame.rgb.data() + 3 * at;
         if (c.r == c.g && c.g == c.b) {
             std::memset(out, c.r, size_t(width) * 3);
@@ -162,10 +165,11 @@ void Splatter::State::draw(size_t tile, Frame& frame, geom::OcclusionMap* map) {
     job.y0 = (grid.top + int(tile / size_t(grid.across))) * kTileHeight;
     job.left = std::max(outside.left - job.x0, 0);
     job.top = std::max(outside.top - job.y0, 0);
-    job.right = std::min(outside.left + frame.width - job.x0, kTileWidth);
-    job.bottom = std::min(outside.top + frame.height - job.y0, kTileHeight);
-    job.frame_at = size_t(job.y0 + job.top - outside.top) * size_t(frame.width) +
-                   size_t(job.x0 + job.left - outside.left);
+    job.right = std::min(outside.left + params.view.width - job.x0, kTileWidth);
+    job.bottom = std::min(outside.top + params.view.height - job.y0, kTileHeight);
+    const int across = params.options.look.samples_across;
+    job.frame_at = size_t((job.y0 + job.top - outside.top) / across) * size_t(frame.width) +
+                   size_t((job.x0 + job.left - outside.left) / across);
     const size_t begin = run_begins[tile + 1];
     const size_t end = tile + 2 < run_begins.size() ? run_begins[tile + 2] : runs.size();
     job.runs = std::span(runs).subspan(begin, end - begin);
@@ -188,13 +192,17 @@ void Splatter::finish(Frame& frame, geom::OcclusionMap& map) {
 }
 
 void Splatter::State::finish(Frame& frame, geom::OcclusionMap* map) {
-    const geom::View& view = params.view;
-    const size_t pixels = size_t(view.width) * size_t(view.height);
+    const Look& look = params.options.look;
+    const int width = params.view.width / look.samples_across;
+    const int height = params.view.height / look.samples_across;
+    const size_t pixels = size_t(width) * size_t(height);
     // Every pixel is written below; clearing them first would cost a tenth of a frame.
-    if (frame.width != view.width || frame.height != view.height || frame.depth.size() != pixels ||
+    if (frame.width != width || frame.height != height || frame.depth.size() != pixels ||
         frame.rgb.size() != 3 * pixels) {
-        frame.resize(view.width, view.height);
+        frame.resize(width, height);
     }
+    frame.alpha.resize(look.has_alpha() ? pixels : 0);
+    frame.depth_at = look.depth_at();
     sort_runs();
     core::parallel_for(grid.count(), [&](size_t tile) { draw(tile, frame, map); });
 }

@@ -14,6 +14,9 @@
 // bounded where the plane of a flat disc is not.  How the outline is found without cancellation:
 // splat_setup.cpp.
 //
+// Of several samples a pixel each is drawn as a pixel of a larger picture would be, in tiles that are
+// averaged as they are finished: a frame takes no more memory than one of a sample each.
+//
 // Lengths in view space from 1e-30 to 1e30 are safe; no input gives NaN or undefined behaviour.
 #pragma once
 

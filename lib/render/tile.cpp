@@ -1,6 +1,7 @@
 #include "render/tile.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <limits>
 
@@ -28,6 +29,7 @@ constexpr int kBlocksAcross = kTileWidth / kBlockSize;
 // Inverse depth of what nothing was drawn on: farther than infinity, so that the first fragment always starts
 // a pixel afresh and no other plane needs clearing.
 constexpr float kNothing = -3.0e38f;
+constexpr float kFarthestCover = -1.0e38f;
 
 // Pixel offsets of a block's lanes.
 alignas(64) constexpr float kLaneX[kBlockPixels] = {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3};
@@ -37,6 +39,7 @@ alignas(64) constexpr float kLaneY[kBlockPixels] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2
 struct Fragment {
     M inside;
     V w;     // inverse depth
+    V order;  // the same, or what else grows with nearness
     V t;     // 1 in the splat's middle, kEdge at its rim
     V push;  // R of depth as inverse depth
 };
@@ -62,7 +65,7 @@ struct Nearest {
     HWY_INLINE void put(const Fragment& f, float* HWY_RESTRICT at) const {
         const F d;
         const V hill = hn::Mul(f.push, hn::Sub(hn::Set(d, 1.0f), f.t));
-        const V key = hn::Sub(f.w, hill);
+        const V key = hn::Sub(f.order, hill);
         const V old = hn::Load(d, at + kKey * kBlockPixels);
         const M wins = hn::And(f.inside, hn::Gt(key, old));
         store_where(wins, key, at + kKey * kBlockPixels);
@@ -76,7 +79,7 @@ struct Nearest {
     }
 
     HWY_INLINE static V inverse_depth(const float* at) { return hn::Load(F(), at + kDepth * kBlockPixels); }
-    HWY_INLINE static hn::Vec<U> shade(const SplatterOptions&, const float* at) {
+    HWY_INLINE static hn::Vec<U> shade(const SetupParams&, const float* at) {
         return hn::BitCast(U(), hn::Load(F(), at + kColour * kBlockPixels));
     }
 };
@@ -106,11 +109,11 @@ struct Blend {
     HWY_INLINE void put(const Fragment& f, float* HWY_RESTRICT at) const {
         const F d;
         const V front = hn::Load(d, at + kFront * kBlockPixels);
-        const V nearer_by = hn::Sub(f.w, front);
+        const V nearer_by = hn::Sub(f.order, front);
         const M afresh = hn::And(f.inside, hn::Gt(nearer_by, f.push));
         const M counts = hn::And(f.inside, hn::Ge(nearer_by, hn::Neg(f.push)));
         const V weight = hn::IfThenElseZero(counts, hn::Mul(f.t, f.t));
-        hn::Store(hn::IfThenElse(counts, hn::Max(f.w, front), front), d, at + kFront * kBlockPixels);
+        hn::Store(hn::IfThenElse(counts, hn::Max(f.order, front), front), d, at + kFront * kBlockPixels);
         add(afresh, weight, at + kWeight * kBlockPixels);
         const V largest = hn::IfThenZeroElse(afresh, hn::Load(d, at + kLargest * kBlockPixels));
         const M leads = hn::And(counts, hn::Or(afresh, hn::Gt(weight, largest)));
@@ -137,7 +140,7 @@ struct Blend {
         return hn::Load(F(), at + kDepth * kBlockPixels);
     }
 
-    HWY_INLINE static hn::Vec<U> shade(const SplatterOptions& options, const float* at) {
+    HWY_INLINE static hn::Vec<U> shade(const SetupParams& params, const float* at) {
         const F d;
         V nx = hn::Zero(d), ny = hn::Zero(d), nz = hn::Zero(d);
         if constexpr (kNormals) {
@@ -157,7 +160,7 @@ struct Blend {
             material.g = hn::Mul(hn::Load(d, at + (kColourPlane + 1) * kBlockPixels), inverse);
             material.b = hn::Mul(hn::Load(d, at + (kColourPlane + 2) * kBlockPixels), inverse);
         }
-        return shade_points(d, options.shade, nx, ny, nz, material);
+        return shade_points(d, params.options.look.shade, params.light, nx, ny, nz, material);
     }
 };
 
@@ -176,6 +179,21 @@ struct Limited : Pixel {
     }
 };
 
+// What a splat covers: with layers its core counts as nearer than the cover of any splat, the rest of the
+// ellipsoid, wherever they are.
+enum class Shape { square, outline, layers };
+
+// The order of covers: negative, the depth instead of its inverse.
+template <class Pixel>
+HWY_INLINE void put_layers(const Pixel& pixel, const Fragment& f, M core, float* HWY_RESTRICT at) {
+    const F d;
+    const V depth = hn::Div(hn::Set(d, 1.0f), f.w);
+    Fragment layered = f;
+    layered.order = hn::IfThenElse(core, f.w, hn::Max(hn::Neg(depth), hn::Set(d, kFarthestCover)));
+    layered.push = hn::IfThenElse(core, f.push, hn::Mul(hn::Mul(f.push, depth), depth));
+    pixel.put(layered, at);
+}
+
 template <class Pixel>
 HWY_INLINE float* block_at(float* state, int bx, int by) {
     return state + size_t(by * kBlocksAcross + bx) * Pixel::kPlanes * kBlockPixels;
@@ -183,7 +201,7 @@ HWY_INLINE float* block_at(float* state, int bx, int by) {
 
 // Samples one splat at all pixels of the tile that its record names.  Blocks that turn out to be empty are
 // not skipped: a test in the loop cost 12 % at 3 px and 40 % at 12 px, being mispredicted.
-template <class Pixel, bool kSquare>
+template <class Pixel, Shape kShape>
 HWY_INLINE void draw_splat(const SplatRecord& r, const SetupParams& params, const TileJob& job,
                            float* HWY_RESTRICT state) {
     const F d;
@@ -197,6 +215,8 @@ HWY_INLINE void draw_splat(const SplatRecord& r, const SetupParams& params, cons
     const float tile_dx = static_cast<float>(job.x0 - r.x0), tile_dy = static_cast<float>(job.y0 - r.y0);
     const V one = hn::Set(d, 1.0f), edge = hn::Set(d, kEdge);
     const Pixel pixel(Surface{r.nx, r.ny, r.nz, r.colour, params.least_w, params.most_w});
+    const V core_a = hn::Set(d, static_cast<float>(r.core_a) * (1 / kCoreScale));
+    const V core_b = hn::Set(d, static_cast<float>(r.core_b) * (1 / kCoreScale));
     Fragment f;
     f.push = hn::Set(d, r.push);
     for (size_t lane = 0; lane < kBlockPixels; lane += kLanes) {
@@ -212,15 +232,20 @@ HWY_INLINE void draw_splat(const SplatRecord& r, const SetupParams& params, cons
             for (int bx = bx0; bx <= bx1; ++bx, at += Pixel::kPlanes * kBlockPixels) {
                 const float dx = (tile_dx + static_cast<float>(bx * kBlockSize)) + r.dx0;
                 const V a = hn::Add(lane_a, hn::Set(d, r.l1 * dx + r.l2 * dy));
-                if constexpr (kSquare) {
+                if constexpr (kShape == Shape::square) {
                     f.t = one;
                     f.inside = hn::Le(hn::Max(hn::Abs(a), hn::Abs(b)), one);
                 } else {
                     f.t = hn::Sub(rest, hn::Mul(a, a));
                     f.inside = hn::Ge(f.t, edge);
                 }
-                f.w = hn::Add(lane_w, hn::Set(d, r.w + (r.w_dx * dx + r.w_dy * dy)));
-                pixel.put(f, at);
+                f.order = f.w = hn::Add(lane_w, hn::Set(d, r.w + (r.w_dx * dx + r.w_dy * dy)));
+                if constexpr (kShape == Shape::layers) {
+                    const V s = hn::Add(hn::Mul(core_a, a), hn::Mul(core_b, b));
+                    put_layers(pixel, f, hn::Ge(hn::Sub(f.t, hn::Mul(s, s)), hn::Set(d, kCoreEdge)), at);
+                } else {
+                    pixel.put(f, at);
+                }
             }
         }
     }
@@ -284,7 +309,7 @@ void draw_near_splat(const NearSplat& s, const SetupParams& params, const TileJo
                     f.inside = hn::And(hn::Ge(chord, zero), hn::Gt(du, zero));
                 }
                 w = hn::Min(w, largest);
-                f.w = hn::Mul(w, hn::Set(d, s.inverse_radius));
+                f.order = f.w = hn::Mul(w, hn::Set(d, s.inverse_radius));
                 f.push = hn::Mul(f.w, hn::Div(w, hn::Add(one, w)));
                 pixel.put(f, block_at<Pixel>(state, x / kBlockSize, y / kBlockSize) + lane);
             }
@@ -321,37 +346,115 @@ HWY_INLINE void write_rgb_row(const uint32_t* packed, int first, int width, uint
 #endif
 }
 
+// The mean of the across x across samples of each pixel, byte by byte, to the nearest.
+template <int kAcross>
+HWY_INLINE void average(const uint32_t* samples, int first, int width, uint32_t* HWY_RESTRICT out) {
+    constexpr uint32_t kCount = kAcross * kAcross, kHalves = 0x00010001u * (kCount / 2);
+    constexpr int kShift = std::countr_zero(kCount);
+    for (int x = 0; x < width; ++x) {
+        // Two bytes at a time have room for their sums.
+        uint32_t even = kHalves, odd = kHalves;
+        for (int sy = 0; sy < kAcross; ++sy) {
+            for (int sx = 0; sx < kAcross; ++sx) {
+                const uint32_t sample = samples[sy * kTileWidth + first + x * kAcross + sx];
+                even += sample & 0x00ff00ffu;
+                odd += sample >> 8 & 0x00ff00ffu;
+            }
+        }
+        out[x] = (even >> kShift & 0x00ff00ffu) | (odd >> kShift & 0x00ff00ffu) << 8;
+    }
+}
+
+// The highest byte of a sample says what it shows; kNoSample is the background.
+enum SampleMark : uint32_t { kNoSample = 0, kCoverSample = 1, kCoreSample = 2 };
+
+// Mixed by what the samples are of.
+void mix_pixels(const uint32_t* samples, int first, int width, const Look& look, uint32_t* out) {
+    const int across = look.samples_across;
+    for (int x = 0; x < width; ++x) {
+        PixelSamples pixel{.count = static_cast<uint32_t>(across * across)};
+        for (int sy = 0; sy < across; ++sy) {
+            for (int sx = 0; sx < across; ++sx) {
+                const uint32_t sample = samples[sy * kTileWidth + first + x * across + sx];
+                const glm::u32vec3 colour(sample & 255u, sample >> 8 & 255u, sample >> 16 & 255u);
+                if (sample >> 24 == kCoreSample) pixel.core_sum += colour, ++pixel.cores;
+                if (sample >> 24 == kCoverSample) pixel.cover_sum += colour, ++pixel.covers;
+            }
+        }
+        const MixedPixel mixed = mix(pixel, look);
+        out[x] = mixed.rgb.r | uint32_t(mixed.rgb.g) << 8 | uint32_t(mixed.rgb.b) << 16 |
+                 uint32_t(mixed.alpha) << 24;
+    }
+}
+
+HWY_INLINE bool has_covers(const uint32_t* samples, const TileJob& job, int across) {
+    uint32_t covers = 0;
+    for (int y = 0; y < across; ++y)
+        for (int x = job.left; x < job.right; ++x)
+            covers += samples[y * kTileWidth + x] >> 24 == kCoverSample;
+    return covers > 0;
+}
+
+// Writes one row of the frame from the tile's rows of samples.
+HWY_INLINE void write_row(const Look& look, const TileJob& job, const uint32_t* colours, const float* depths,
+                          size_t at, Frame& frame) {
+    const int across = look.samples_across, width = (job.right - job.left) / across;
+    if (across == 1 && !look.has_alpha()) {
+        std::memcpy(frame.depth.data() + at, depths + job.left, sizeof(float) * size_t(width));
+        return write_rgb_row(colours, job.left, width, frame.rgb.data() + at * 3);
+    }
+    const float* depth = depths + look.depth_sample() * (kTileWidth + 1) + job.left;
+    for (int x = 0; x < width; ++x) frame.depth[at + size_t(x)] = depth[x * across];
+    alignas(64) uint32_t row[kTileWidth] = {};
+    if (look.has_alpha() || has_covers(colours, job, across)) {
+        mix_pixels(colours, job.left, width, look, row);
+        for (int x = 0; look.has_alpha() && x < width; ++x)
+            frame.alpha[at + size_t(x)] = uint8_t(row[x] >> 24);
+    } else if (across == 2) {
+        average<2>(colours, job.left, width, row);
+    } else {
+        average<4>(colours, job.left, width, row);
+    }
+    write_rgb_row(row, 0, width, frame.rgb.data() + at * 3);
+}
+
 // One row of the tile, where its blocks are unproven; `at`: its first pixel in the frame.
-void write_unproven(const TileJob& job, int y, const float* depths, const uint32_t* colours, size_t at,
+void write_unproven(const Look& look, const TileJob& job, int y, const float* depths, const uint32_t* colours, size_t at,
                     Frame& frame) {
     for (int x = job.left; x < job.right; ++x, ++at) {
         if (!job.map->is_unproven(job.x0 + x, job.y0 + y)) continue;
         frame.depth[at] = depths[x];
+        if (look.has_alpha())
+            frame.alpha[at] = colours[x] >> 24 == kNoSample ? look.background_alpha : 255;
         for (size_t c = 0; c < 3; ++c) frame.rgb[3 * at + c] = uint8_t(colours[x] >> (8 * c));
     }
 }
 
-// Shades the tile's pixels and writes them out.
+// Shades the tile's samples and writes its pixels out.
 template <class Pixel>
 void resolve(const SetupParams& params, const TileJob& job, float* state, Frame& frame) {
     const F d;
-    const glm::u8vec3 background = params.options.background;
+    const Look& look = params.options.look;
+    const glm::u8vec3 background = look.background;
+    const auto cover = hn::Set(U(), kCoverSample << 24), core = hn::Set(U(), kCoreSample << 24);
     const auto no_colour =
         hn::Set(U(), uint32_t(background.r) | uint32_t(background.g) << 8 | uint32_t(background.b) << 16);
     const V no_depth = hn::Set(d, std::numeric_limits<float>::infinity());
     const V unit = hn::Set(d, static_cast<float>(params.options.depth_unit));
     alignas(64) uint32_t colours[kBlockSize * kTileWidth], block_colours[kBlockPixels];
     alignas(64) float depths[kBlockSize * kTileWidth], block_depths[kBlockPixels];
-    const int width = job.right - job.left;
     for (int y = job.top / kBlockSize * kBlockSize; y < job.bottom; y += kBlockSize) {
         for (int x = job.left / kBlockSize * kBlockSize; x < job.right; x += kBlockSize) {
             const float* block = block_at<Pixel>(state, x / kBlockSize, y / kBlockSize);
             for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
                 const float* at = block + lane;
-                const M drawn = hn::Gt(hn::Load(d, at), hn::Set(d, kNothing));
+                const V order = hn::Load(d, at);
+                const M drawn = hn::Gt(order, hn::Set(d, kNothing));
                 const V depth = hn::Div(unit, Pixel::inverse_depth(at));
                 hn::Store(hn::IfThenElse(drawn, depth, no_depth), d, block_depths + lane);
-                const auto shaded = Pixel::shade(params.options, at);
+                const auto mark =
+                    hn::IfThenElse(hn::RebindMask(U(), hn::Lt(order, hn::Zero(d))), cover, core);
+                const auto shaded = hn::Or(Pixel::shade(params, at), mark);
                 hn::Store(hn::IfThenElse(hn::RebindMask(U(), drawn), shaded, no_colour), U(),
                           block_colours + lane);
             }
@@ -362,16 +465,14 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
                             sizeof(uint32_t) * 4);
             }
         }
-        for (int row = std::max(job.top - y, 0); row < std::min(job.bottom - y, kBlockSize); ++row) {
-            const size_t at = job.frame_at + size_t(y + row - job.top) * size_t(frame.width);
+        const int across = look.samples_across;
+        for (int row = std::max(job.top - y, 0); row < std::min(job.bottom - y, kBlockSize); row += across) {
+            const size_t at = job.frame_at + size_t((y + row - job.top) / across) * size_t(frame.width);
             if (job.map && job.map->is_repeated()) {
-                write_unproven(job, y + row, depths + row * kTileWidth, colours + row * kTileWidth, at,
-                               frame);
+                write_unproven(look, job, y + row, depths + row * kTileWidth, colours + row * kTileWidth, at, frame);
                 continue;
             }
-            std::memcpy(frame.depth.data() + at, depths + row * kTileWidth + job.left,
-                        sizeof(float) * size_t(width));
-            write_rgb_row(colours + row * kTileWidth, job.left, width, frame.rgb.data() + at * 3);
+            write_row(look, job, colours + row * kTileWidth, depths + row * kTileWidth, at, frame);
         }
     }
 }
@@ -449,7 +550,7 @@ HWY_INLINE void fetch_ahead(const TileRun& run) {
     }
 }
 
-template <class Pixel, bool kSquare>
+template <class Pixel, Shape kShape>
 void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
     clear<Pixel>(scratch.state);
     const bool lacks_hidden = job.map && !job.map->is_repeated();
@@ -460,16 +561,23 @@ void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scr
         // No near splats here: they were found when the splats were sorted.
         const size_t count =
             set_up_splats(params, *run.chunk, run.count, scratch.records, scratch.near_splats);
-        for (size_t i = 0; i < count; ++i) draw_splat<Pixel, kSquare>(scratch.records[i], params, job, scratch.state);
+        for (size_t i = 0; i < count; ++i)
+            draw_splat<Pixel, kShape>(scratch.records[i], params, job, scratch.state);
     }
     if (lacks_hidden) prove<Pixel>(job, scratch.limits, scratch.state);
     resolve<Pixel>(params, job, scratch.state, frame);
 }
 
-template <class Pixel, bool kSquare>
+template <class Pixel, Shape kShape>
 void draw_and_shade(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
-    if (params.has_limits()) return draw_pixels<Limited<Pixel>, kSquare>(params, job, scratch, frame);
-    draw_pixels<Pixel, kSquare>(params, job, scratch, frame);
+    if (params.has_limits()) return draw_pixels<Limited<Pixel>, kShape>(params, job, scratch, frame);
+    draw_pixels<Pixel, kShape>(params, job, scratch, frame);
+}
+
+template <class Pixel>
+void draw_outlines(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
+    if (params.has_cores()) return draw_and_shade<Pixel, Shape::layers>(params, job, scratch, frame);
+    draw_and_shade<Pixel, Shape::outline>(params, job, scratch, frame);
 }
 
 const char* name_of_target() {
@@ -478,16 +586,17 @@ const char* name_of_target() {
 
 void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
     const SplatterOptions& options = params.options;
-    if (options.kind == SplatKind::square) return draw_and_shade<Nearest, true>(params, job, scratch, frame);
-    if (options.kind != SplatKind::smooth) return draw_and_shade<Nearest, false>(params, job, scratch, frame);
-    const bool colours = options.has_colour || options.shade == Shade::level;
-    if (options.shade == Shade::flat) {
-        return colours ? draw_and_shade<Blend<false, true>, false>(params, job, scratch, frame)
-                       : draw_and_shade<Blend<false, false>, false>(params, job, scratch, frame);
+    if (options.kind == SplatKind::square)
+        return draw_and_shade<Nearest, Shape::square>(params, job, scratch, frame);
+    if (options.kind != SplatKind::smooth) return draw_outlines<Nearest>(params, job, scratch, frame);
+    const bool colours = options.has_colour || options.look.shade == Shade::level;
+    if (options.look.shade == Shade::flat) {
+        return colours ? draw_outlines<Blend<false, true>>(params, job, scratch, frame)
+                       : draw_outlines<Blend<false, false>>(params, job, scratch, frame);
     }
-    return colours && options.shade != Shade::normal
-               ? draw_and_shade<Blend<true, true>, false>(params, job, scratch, frame)
-               : draw_and_shade<Blend<true, false>, false>(params, job, scratch, frame);
+    return colours && options.look.shade != Shade::normal
+               ? draw_outlines<Blend<true, true>>(params, job, scratch, frame)
+               : draw_outlines<Blend<true, false>>(params, job, scratch, frame);
 }
 
 }  // namespace render::HWY_NAMESPACE

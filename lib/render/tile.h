@@ -21,7 +21,7 @@ inline constexpr int kMaxPlanes = 10;
 inline constexpr size_t kTileStateFloats = size_t(kTileWidth) * kTileHeight * kMaxPlanes;
 
 struct TileJob {
-    int x0, y0;                    // first pixel, of the picture
+    int x0, y0;                    // first sample, of the picture
     int left, top, right, bottom;  // the part in the raster, counted from there; without the last two
     size_t frame_at;               // pixel of the frame that its (left, top) is
     std::span<const TileRun> runs;

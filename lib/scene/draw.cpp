@@ -44,7 +44,7 @@ void ModelPainter::for_tasks(const Body& body) {
 }
 
 render::SplatterOptions ModelPainter::splatter_options(const DrawOptions& options) const {
-    return {options.kind, options.shade, has_colour_, options.background, unit_};
+    return {options.kind, options.look, has_colour_, unit_};
 }
 
 void ModelPainter::begin(const geom::View& view, const DrawOptions& options) {
@@ -70,8 +70,11 @@ double ModelPainter::outline() {
 }
 
 // Whether what the map hides is to be left out.
-bool ModelPainter::finds_hidden(const geom::View& view, Occlusion occlusion) {
+bool ModelPainter::finds_hidden(const geom::View& view, const DrawOptions& options) {
+    const Occlusion occlusion = options.occlusion;
     if (occlusion == Occlusion::off || !prover_) return false;
+    // Of several samples a core shows through covers, wherever it is.
+    if (options.look.samples_across > 1) return false;
     map_.begin(view, unit_);
     if (outline() < kLeastHidden && occlusion == Occlusion::automatic) return false;
     outline();
@@ -96,7 +99,7 @@ void ModelPainter::repeat_unproven(const geom::View& view, const DrawOptions& op
 DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options, render::Frame& frame) {
     core::Stopwatch watch;
     begin(view, options);
-    const bool leaves_out = finds_hidden(view, options.occlusion);
+    const bool leaves_out = finds_hidden(view, options);
     walk(leaves_out ? &map_ : nullptr);
     const double traverse_ms = watch.lap_ms();
     if (leaves_out) {

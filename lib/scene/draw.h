@@ -17,14 +17,14 @@
 namespace scene {
 
 // Whether what surfaces hide is left out.  automatic: in frames where the models' upper levels show that it
-// pays. No picture depends on it.  Only render::Splatter can prove what is hidden: other painters draw all.
+// pays. No picture depends on it.  Only render::Splatter can prove what is hidden, and only of one sample a
+// pixel: else all is drawn.
 enum class Occlusion { automatic, on, off };
 
 struct DrawOptions {
     splat::CutOptions cut;
     render::SplatKind kind = render::SplatKind::smooth;
-    render::Shade shade = render::Shade::lit;
-    glm::u8vec3 background{0, 0, 0};
+    render::Look look{};
     Occlusion occlusion = Occlusion::automatic;
 };
 
@@ -78,7 +78,7 @@ class ModelPainter {
 
     void begin(const geom::View& view, const DrawOptions& options);
     double outline();
-    bool finds_hidden(const geom::View& view, Occlusion occlusion);
+    bool finds_hidden(const geom::View& view, const DrawOptions& options);
     void walk(geom::OcclusionMap* map);
     void repeat_unproven(const geom::View& view, const DrawOptions& options, render::Frame& frame);
     render::SplatterOptions splatter_options(const DrawOptions& options) const;

@@ -29,6 +29,7 @@ core::Json to_json(const FrameReport& report) {
     const splat::CutCounts& counts = report.draw.counts;
     core::Json json;
     json["frame"] = report.frame;
+    if (!report.eye.empty()) json["eye"] = report.eye;
     json["t"] = report.time_s;
     json["backend"] = report.backend;
     core::Json& ms = json["ms"];

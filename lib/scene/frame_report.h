@@ -13,6 +13,7 @@ namespace scene {
 
 struct FrameReport {
     int frame = 0;  // from 0, as in the pictures' names
+    std::string eye{};  // "left" or "right" where there are two
     double time_s = 0;
     std::string backend{};  // its name
     splat::CutOptions cut;

@@ -22,13 +22,17 @@ class Check {
             throw UsageError(file + ": would be written twice; name the outputs apart");
     }
 
-    void add_frames(const std::string& name, bool holds_one, size_t frame_count) {
+    void add_frames(const std::string& name, bool holds_one, const DrawnFrames& frames) {
         if (name.empty()) return;
-        const bool is_numbered = render::has_frame_number(name);
-        if (holds_one && frame_count > 1 && !is_numbered && name != "-")
+        const bool is_numbered = render::has_frame_number(name), has_eye = render::has_eye(name);
+        const size_t count = frames.numbers.size();
+        if (holds_one && count > 1 && !is_numbered && name != "-")
             throw UsageError(core::text("%s: one file for %zu frames; number them with %%04d in the name",
-                                        name.c_str(), frame_count));
-        for (size_t i = 0; i < (is_numbered ? frame_count : 1); ++i) add(render::frame_name(name, int(i)));
+                                        name.c_str(), count));
+        for (const int number : frames.numbers.first(is_numbered ? count : 1)) {
+            add(render::frame_name(name, number, "left"));
+            if (frames.is_stereo && has_eye) add(render::frame_name(name, number, "right"));
+        }
     }
 
   private:
@@ -38,10 +42,10 @@ class Check {
 
 }  // namespace
 
-void check(const Outputs& outputs, std::span<const std::string> inputs, size_t frame_count) {
+void check(const Outputs& outputs, std::span<const std::string> inputs, const DrawnFrames& frames) {
     Check check(inputs);
-    check.add_frames(outputs.pictures, outputs.format == render::ImageFormat::png, frame_count);
-    check.add_frames(outputs.depths, true, frame_count);
+    check.add_frames(outputs.pictures, outputs.format == render::ImageFormat::png, frames);
+    check.add_frames(outputs.depths, true, frames);
     if (!outputs.report.empty()) check.add(outputs.report);
 }
 

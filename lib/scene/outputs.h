@@ -15,8 +15,15 @@ struct Outputs {
     std::string report;                                     // as it is
 };
 
+// The frames that are drawn: their numbers, and whether each is one of two eyes.
+struct DrawnFrames {
+    std::span<const int> numbers;
+    bool is_stereo = false;
+};
+
 // Throws core::UsageError where a file would hold several pictures and cannot, be one of `inputs`, or be
-// written twice.  Nothing is touched.  Some microseconds a file.
-void check(const Outputs& outputs, std::span<const std::string> inputs, size_t frame_count);
+// written twice.  Nothing is touched.  Some
+// microseconds a file.
+void check(const Outputs& outputs, std::span<const std::string> inputs, const DrawnFrames& frames);
 
 }  // namespace scene

@@ -24,9 +24,9 @@ mesh::Mesh checked(mesh::Mesh mesh, const std::string& name, bool with_colour) {
 Reference::Reference(mesh::Mesh mesh, const std::string& name, bool with_colour)
     : mesh_(checked(std::move(mesh), name, with_colour)), distance_(mesh_), raster_(mesh_) {}
 
-ReferenceMeasures Reference::measure(const geom::View& view, render::Shade shade, glm::u8vec3 background,
+ReferenceMeasures Reference::measure(const geom::View& view, const render::Look& look,
                                      const render::Frame& frame) {
-    raster_.draw(view, shade, background, frame_);
+    raster_.draw(view, look, frame_);
     return {render::compare(frame, frame_, view.focal_px), measured_error_px(distance_, view, frame)};
 }
 
@@ -50,8 +50,8 @@ double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View&
 glm::dvec3 point_of_pixel(const geom::View& view, const render::Frame& frame, int x, int y) {
     const double depth = double(frame.depth[size_t(y) * size_t(frame.width) + size_t(x)]);
     const glm::dvec2 principal = view.principal_in_raster();
-    const double right = (x + 0.5 - principal.x) / view.focal_px;
-    const double down = (y + 0.5 - principal.y) / view.focal_px;
+    const double right = (x + frame.depth_at - principal.x) / view.focal_px;
+    const double down = (y + frame.depth_at - principal.y) / view.focal_px;
     return view.eye + depth * (view.forward + right * view.right + down * view.down);
 }
 

@@ -18,7 +18,7 @@ struct ReferenceMeasures {
 };
 
 // The largest over all covered pixels of d * focal_px / z: d is the distance in space, from the surface, of
-// the point that the pixel shows (on the ray through its centre, at its depth z).  0 where nothing is
+// the point that the pixel shows (on the ray through where its depth z is taken, at that depth).  0 where nothing is
 // covered, infinity where a pixel's point is not finite.  This is what CutCounts::error_bound_px bounds.
 // Parallel, the same for any number of threads.
 double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View& view,
@@ -34,8 +34,7 @@ class Reference {
 
     // Draws the mesh as the frame was drawn and measures; parallel, the same for any number of threads.
     // `frame` is of the view's size.  About a microsecond for each covered pixel and thread.
-    ReferenceMeasures measure(const geom::View& view, render::Shade shade, glm::u8vec3 background,
-                              const render::Frame& frame);
+    ReferenceMeasures measure(const geom::View& view, const render::Look& look, const render::Frame& frame);
 
     const render::Frame& frame() const { return frame_; }  // of the last measure()
     bool has_colour() const { return !mesh_.colours.empty(); }

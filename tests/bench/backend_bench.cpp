@@ -138,7 +138,7 @@ int main(int argc, char** argv) {
             }
             render::Frame frame;
             const Json ms = times_of(int(runs), [&] {
-                painter->draw(view, render::Shade::lit, {0, 0, 0}, frame);
+                painter->draw(view, {}, frame);
             });
             if (name == "cpu") truth = frame;
             print({{"backend", name},

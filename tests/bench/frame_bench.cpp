@@ -5,6 +5,8 @@
 //     "size"         [width, height], pixels
 //     "kind"         "square", "circle", "ellipse" or "smooth"
 //     "threshold"    pixels of error, or of diameter with "diameter": true
+//     "samples_across"   1, 2 or 4: a pixel is the mean of so many by so many samples
+//     "truth_across"     the same for --reference (default: as many)
 //     "runs"         frames to time, after a warm-up of 3; 0: the frame is drawn once and not timed
 //     "compare"      true: PSNR, growth, holes, ... against --reference
 //     "distance"     true: the measured error, the largest distance of a pixel's point from --surface
@@ -40,6 +42,7 @@ struct Case {
     scene::DrawOptions draw;
     int runs = 0;
     bool compare = false, distance = false;
+    int truth_across = 1;  // samples of what the frame is compared with
 };
 
 render::SplatKind kind_of(const std::string& word) {
@@ -57,6 +60,8 @@ Case parse_case(const std::string& line) {
     const Json json = Json::parse(line);
     Case c;
     c.view = geom::make_view(camera, json.at("size").at(0), json.at("size").at(1));
+    c.draw.look.samples_across = json.value("samples_across", 1);
+    c.truth_across = json.value("truth_across", c.draw.look.samples_across);
     c.draw.kind = kind_of(json.value("kind", "smooth"));
     c.draw.cut.threshold_px = json.at("threshold");
     c.draw.cut.by = json.value("diameter", false) ? splat::CutBy::diameter : splat::CutBy::error;
@@ -80,14 +85,15 @@ class Truth {
     Truth(std::string reference, std::string surface, bool with_colour)
         : reference_(std::move(reference)), surface_(std::move(surface)), with_colour_(with_colour) {}
 
-    const render::Frame& frame(const geom::View& view, render::Shade shade) {
+    const render::Frame& frame(const geom::View& view, const render::Look& look) {
         if (!raster_) {
             mesh_ = read(reference_, "--reference");
             if (!with_colour_) mesh_.colours.clear();
             raster_ = std::make_unique<render::MeshRaster>(mesh_);
         }
-        const std::vector<double> key = key_of(view);
-        if (key != drawn_) raster_->draw(view, shade, {0, 0, 0}, frame_);
+        std::vector<double> key = key_of(view);
+        key.push_back(look.samples_across);
+        if (key != drawn_) raster_->draw(view, look, frame_);
         drawn_ = key;
         return frame_;
     }
@@ -166,7 +172,9 @@ Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& pa
     Json answer;
     add_counts(answer, painter.draw(c.view, c.draw, frame).counts, model);
     { uint64_t h = 1469598103934665603u; auto mix=[&](const void* p, size_t n){ for (size_t i=0;i<n;++i) h=(h^((const uint8_t*)p)[i])*1099511628211u; }; mix(frame.rgb.data(), frame.rgb.size()); mix(frame.depth.data(), 4*frame.depth.size()); answer["hash"]=h; }
-    if (c.compare) add_comparison(answer, frame, truth.frame(c.view, c.draw.shade), c.view);
+    render::Look true_look = c.draw.look;
+    true_look.samples_across = c.truth_across;
+    if (c.compare) add_comparison(answer, frame, truth.frame(c.view, true_look), c.view);
     if (c.distance) answer["measured_error_px"] = scene::measured_error_px(truth.distance(), c.view, frame);
     if (c.runs > 0) add_times(answer, c, painter, frame);
     return answer;

@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
         Times sort = most, draw = most, all = most;
         for (int i = 0; i < frames; ++i) {
             const Times start = now();
-            splatter.begin(view, {mode.kind, render::Shade::lit, mode.colour}, kTasks);
+            splatter.begin(view, {mode.kind, {}, mode.colour}, kTasks);
             core::parallel_for(kTasks, [&](size_t task) {
                 for (const SplatBatch& batch : scene.tasks[task]) splatter.add(task, batch);
                 splatter.end_task(task);

@@ -142,7 +142,7 @@ uint64_t covered_pixels(const render::Frame& frame) {
 
 render::ImageDifference difference_from_mesh(const Subject& subject, const Picture& picture) {
     render::Frame truth;
-    render::MeshRaster(subject.mesh).draw(picture.view, render::Shade::lit, {0, 0, 0}, truth);
+    render::MeshRaster(subject.mesh).draw(picture.view, {}, truth);
     return render::compare(picture.frame, truth, picture.view.focal_px);
 }
 

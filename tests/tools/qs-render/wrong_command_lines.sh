@@ -28,4 +28,24 @@ try model.qs -o same --format rgb --depth same
 try model.qs -o frame.png --reference mesh.ply
 try model.qs --report - --reference mesh.ply --shade level
 try model.qs --report - --reference -
+try model.qs -o frame.png --resolution 40000,720 --tile 0,0/4,4
+try model.qs -o frame.png --resolution 32768,32768 --tile 0,0/2,1
+try model.qs -o frame.png --tile 2,0/2,2
+try model.qs -o frame.png --tile 0,0/2
+try model.qs -o frame.png --tile 0,0/2,2,
+try model.qs -o frame.png --resolution 3,3 --tile 0,0/4,1
+try model.qs -o frame.png --frames 0:1
+try model.qs -o frame-%d.png --path path.jsonl --frames 3:3
+try model.qs -o frame-%d.png --path path.jsonl --frames 3
+try model.qs -o frame-%d.png --path path.jsonl --frames=-1:
+try model.qs -o frame-%d.png --path path.jsonl --frames ::0
+try model.qs -o frame.png --samples 8
+try model.qs -o frame.png --samples 16 --resolution 32768,100 --tile 0,0/2,1
+try model.qs -o frame.png --samples 4 --backend osmesa
+try model.qs -o frame.png --key-light 0,0,0
+try model.qs -o frame.ppm --background none
+try model.qs -o frame.png --background "#1234567"
+try model.qs -o frame.png --eye-angle 3
+try model.qs -o frame.png --stereo --tile 0,0/2,2
+try model.qs -o frame-%s-%s.png --stereo
 ls -A

@@ -26,8 +26,8 @@ class MeshPainter : public testing::TestWithParam<const char*> {
         std::unique_ptr<gl::Device> device = gl_test::open(GetParam(), reason);
         if (!device) GTEST_SKIP() << reason;
         Frame exact, drawn;
-        render::MeshRaster(mesh).draw(view, shade, {10, 20, 30}, exact);
-        gl::MeshPainter(std::move(device), mesh).draw(view, shade, {10, 20, 30}, drawn);
+        render::MeshRaster(mesh).draw(view, {shade, {10, 20, 30}}, exact);
+        gl::MeshPainter(std::move(device), mesh).draw(view, {shade, {10, 20, 30}}, drawn);
         const Difference d = gl_test::difference(drawn, exact);
         EXPECT_GE(d.psnr_db, kLeastPsnrDb) << d;
         EXPECT_LE(d.covered_apart, kMostApart) << d;
@@ -113,9 +113,9 @@ TEST_P(MeshPainter, DrawsTheNextFrameAsIfItWereTheFirst) {
     const mesh::Mesh mesh = splat_test::bumpy_torus(30, 80, true);
     gl::MeshPainter painter(std::move(device), mesh);
     Frame first, again;
-    painter.draw(view_of(kBeside), Shade::lit, {}, first);
-    painter.draw(view_of({{0, 5, 1}, {0, 0, 0}}, 900, 20), Shade::level, {}, again);
-    painter.draw(view_of(kBeside), Shade::lit, {}, again);
+    painter.draw(view_of(kBeside), {}, first);
+    painter.draw(view_of({{0, 5, 1}, {0, 0, 0}}, 900, 20), {Shade::level}, again);
+    painter.draw(view_of(kBeside), {}, again);
     EXPECT_EQ(first.rgb, again.rgb);
     EXPECT_EQ(first.depth, again.depth);
 }

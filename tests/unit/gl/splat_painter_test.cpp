@@ -142,7 +142,7 @@ TEST_P(SplatPainter, AgreesOnEveryKindAndShade) {
             for (const Shade shade : {Shade::lit, Shade::normal, Shade::level, Shade::flat}) {
                 SCOPED_TRACE(int(shade));
                 scene::DrawOptions options;
-                options.kind = kind, options.shade = shade, options.background = {20, 40, 60};
+                options.kind = kind, options.look.shade = shade, options.look.background = {20, 40, 60};
                 options.cut.threshold_px = 1;
                 expect_agreement(splats_of(*model, view_of(kWhole), options));
             }
@@ -211,7 +211,7 @@ TEST_P(SplatPainter, AgreesOnSplatsOfAnySizeAndPlace) {
         for (const SplatKind kind : kKinds) {
             SCOPED_TRACE(unit);
             const geom::View view = view_of({{0, 0, 0}, {0, 0, 1}, {0, -1, 0}, 60});
-            Splats splats{view, {kind, Shade::lit, true, {0, 0, 0}, 1}, {{}, {{}}}};
+            Splats splats{view, {kind, {}, true, 1}, {{}, {{}}}};
             render::SplatBatch& batch = splats.tasks[1][0];
             for (size_t i = 0; i < 300; ++i) {
                 const glm::dvec3 at = unit * std::pow(10.0, 2 * random.unit()) * random.direction();
@@ -249,7 +249,7 @@ TEST_P(SplatPainter, IsAsNearToTheCpuAsThatIsToItselfInAnotherOrder) {
 TEST_P(SplatPainter, DrawsTheBackgroundWhereThereAreNoSplats) {
     for (const SplatKind kind : kKinds) {
         Frame frame;
-        painter_->begin(view_of(kWhole, 7, 5), {kind, Shade::lit, false, {1, 2, 3}, 1}, 3);
+        painter_->begin(view_of(kWhole, 7, 5), {kind, {Shade::lit, {1, 2, 3}}, false, 1}, 3);
         painter_->finish(frame);
         ASSERT_EQ(frame.depth.size(), 35u);
         for (size_t i = 0; i < 35; ++i) {

@@ -90,9 +90,9 @@ struct Pixel {
 glm::u8vec3 shaded(const Pixel& pixel, const render::SplatterOptions& options) {
     const double length = glm::length(pixel.normal);
     const glm::vec3 normal = length > 1e-15 ? glm::vec3(pixel.normal / length) : glm::vec3(0);
-    const bool has_material = options.has_colour || options.shade == render::Shade::level;
+    const bool has_material = options.has_colour || options.look.shade == render::Shade::level;
     return shade_point(
-        options.shade, normal,
+        options.look.shade, normal,
         has_material ? glm::vec3(pixel.colour / pixel.weight) : glm::vec3(render::kGreyMaterial));
 }
 
@@ -120,7 +120,7 @@ render::Frame draw_in_two_passes(const Splats& splats) {
     for (size_t i = 0; i < pixels.size(); ++i) {
         const bool is_drawn = pixels[i].weight > 0;
         if (is_drawn) frame.depth[i] = float(splats.options.depth_unit / pixels[i].lead);
-        const glm::u8vec3 c = is_drawn ? shaded(pixels[i], splats.options) : splats.options.background;
+        const glm::u8vec3 c = is_drawn ? shaded(pixels[i], splats.options) : splats.options.look.background;
         for (int k = 0; k < 3; ++k) frame.rgb[3 * i + size_t(k)] = c[k];
     }
     return frame;

@@ -327,8 +327,15 @@ TEST(FrameName, PutsTheNumberIn) {
     EXPECT_FALSE(render::has_frame_number("a%%d"));
 }
 
+TEST(FrameName, PutsTheEyeIn) {
+    EXPECT_EQ(render::frame_name("%s/f-%03d.png", 7, "left"), "left/f-007.png");
+    EXPECT_EQ(render::frame_name("f%%s-%d-%s", 1, "right"), "f%s-1-right");
+    EXPECT_TRUE(render::has_eye("%s.png"));
+    EXPECT_FALSE(render::has_eye("%%s.png"));
+}
+
 TEST(FrameName, RefusesWhatIsNotOneNumber) {
-    for (const char* name : {"%s", "%", "%4d", "%04x", "%0d", "%010d", "%d%d", "%n", "%*d", "%ld", "a%%%"})
+    for (const char* name : {"%s%s", "%", "%4d", "%04x", "%0d", "%010d", "%d%d", "%n", "%*d", "%ld", "a%%%"})
         EXPECT_THROW(render::frame_name(name, 1), core::UsageError) << name;
 }
 

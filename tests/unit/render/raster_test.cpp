@@ -24,7 +24,7 @@ View axis_view(int width, int height, double focal_px) {
 
 Frame draw(const Mesh& mesh, const View& view, Shade shade = Shade::lit, glm::u8vec3 background = {1, 2, 3}) {
     Frame frame;
-    render::MeshRaster(mesh).draw(view, shade, background, frame);
+    render::MeshRaster(mesh).draw(view, {shade, background}, frame);
     return frame;
 }
 

@@ -142,7 +142,7 @@ TEST_P(Outline, IsThatOfTheEllipsoid) {
             const dvec3 across = glm::cross(dvec3(s.normal), glm::normalize(ray));
             if (glm::length(across) > 0.1) s.normal = glm::vec3(glm::normalize(across));
         }
-        draw(splatter, view, {SplatKind::ellipse, Shade::flat}, {s}, 1, frame);
+        draw(splatter, view, {SplatKind::ellipse, {Shade::flat}}, {s}, 1, frame);
 
         for (int y = 0; y < view.height; ++y) {
             for (int x = 0; x < view.width; ++x) {
@@ -191,7 +191,7 @@ TEST(Splatter, CoversWhatItsSmallestSplatsContain) {
             splats.push_back(
                 {z * ray, radius_px * z / 1000, random_unit(random), 0.01f + 0.99f * unit(random)});
         }
-        const Frame frame = draw(view, {SplatKind::ellipse, Shade::flat}, splats, 7);
+        const Frame frame = draw(view, {SplatKind::ellipse, {Shade::flat}}, splats, 7);
         std::vector<bool> inside(frame.depth.size()), touched(frame.depth.size());
         for (const Splat& s : splats) {
             const int cx = int(640 + 1000 * s.centre.x / s.centre.z),
@@ -220,14 +220,14 @@ TEST(Splatter, CoversTheAreaOfADisc) {
     for (const SplatKind kind : {SplatKind::circle, SplatKind::ellipse, SplatKind::smooth}) {
         // A facing disc of 200 px; slanted by 60 degrees far away, half of that.
         const Splat facing{{0, 0, 10}, 2.5f, {0, 0, -1}, 0.01f};
-        EXPECT_NEAR(double(covered(draw(view, {kind, Shade::lit}, {facing}))), 200.0 * 200.0 * M_PI, 500);
+        EXPECT_NEAR(double(covered(draw(view, {kind, {Shade::lit}}, {facing}))), 200.0 * 200.0 * M_PI, 500);
         if (kind == SplatKind::circle) continue;
         const geom::View far_view = view_of(640, 640, 8e4);
         const Splat slanted{{0, 0, 1000}, 2.5f, {0, std::sqrt(0.75f), -0.5f}, 0.01f};
-        EXPECT_NEAR(double(covered(draw(far_view, {kind, Shade::lit}, {slanted}))), 200.0 * 100.0 * M_PI,
+        EXPECT_NEAR(double(covered(draw(far_view, {kind, {Shade::lit}}, {slanted}))), 200.0 * 100.0 * M_PI,
                     300);
     }
-    EXPECT_EQ(covered(draw(view, {SplatKind::square, Shade::lit}, {{{0, 0, 10}, 2.5f, {0, 0, -1}, 1}})),
+    EXPECT_EQ(covered(draw(view, {SplatKind::square, {Shade::lit}}, {{{0, 0, 10}, 2.5f, {0, 0, -1}, 1}})),
               400u * 400u);
 }
 
@@ -235,7 +235,7 @@ TEST(Splatter, GivesAFacingDiscItsDepthAndColour) {
     const geom::View view = view_of(64, 48, 100);
     for (const SplatKind kind :
          {SplatKind::square, SplatKind::circle, SplatKind::ellipse, SplatKind::smooth}) {
-        const Frame frame = draw(view, {kind, Shade::lit}, {{{0, 0, 4}, 0.5f, {0, 0, -1}, 0.05f}});
+        const Frame frame = draw(view, {kind, {Shade::lit}}, {{{0, 0, 4}, 0.5f, {0, 0, -1}, 0.05f}});
         const size_t middle = size_t(24 * 64 + 32);
         EXPECT_NEAR(frame.depth[middle], 4, 1e-5);
         const glm::u8vec3 expected =
@@ -260,7 +260,7 @@ TEST(Splatter, ShadesAsOnePointDoes) {
                 if (shade == Shade::level) material = render::level_colour(18.0f);
                 const glm::u8vec3 expected = render::shade_point(shade, s.normal, material);
                 for (const SplatKind kind : {SplatKind::circle, SplatKind::ellipse, SplatKind::smooth}) {
-                    const Frame frame = draw(view, {kind, shade, has_colour}, {s});
+                    const Frame frame = draw(view, {kind, {shade}, has_colour}, {s});
                     const uint8_t* rgb = &frame.rgb[3 * (8 * 16 + 8)];
                     // Blending divides by the weight it multiplied with: a level is all that may be lost.
                     const int slack = kind == SplatKind::smooth ? 1 : 0;
@@ -289,7 +289,7 @@ TEST(Splatter, ClosesAPlaneOfDiscs) {
     const geom::View view = view_of(320, 240, 300);
     for (const SplatKind kind : {SplatKind::ellipse, SplatKind::smooth}) {
         const std::vector<Splat> splats = tiled_plane(0.5f);
-        const Frame frame = draw(view, {kind, Shade::lit}, splats, 13);
+        const Frame frame = draw(view, {kind, {Shade::lit}}, splats, 13);
         EXPECT_EQ(covered(frame), size_t(320 * 240));
         const glm::u8vec3 expected =
             render::shade_point(Shade::lit, splats[0].normal, glm::vec3(render::kGreyMaterial));
@@ -317,7 +317,7 @@ TEST(Splatter, HidesWhatLiesBehindByMoreThanARadius) {
                     front_first ? front.end() : back.end());
         both.insert(both.end(), front_first ? back.begin() : front.begin(),
                     front_first ? back.end() : front.end());
-        const Frame frame = draw(view, {SplatKind::smooth, Shade::flat, true}, both, 5);
+        const Frame frame = draw(view, {SplatKind::smooth, {Shade::flat}, true}, both, 5);
         for (size_t i = 0; i < frame.depth.size(); ++i) {
             ASSERT_EQ(frame.rgb[3 * i], 255) << "pixel " << i;
             ASSERT_EQ(frame.rgb[3 * i + 2], 0) << "pixel " << i;
@@ -345,9 +345,9 @@ std::vector<Splat> random_scene(size_t count, unsigned seed) {
 TEST(Splatter, EllipsesMayComeInAnyOrder) {
     const geom::View view = view_of(317, 211, 200);
     std::vector<Splat> splats = random_scene(20000, 11);
-    const Frame first = draw(view, {SplatKind::ellipse, Shade::lit, true}, splats, 9);
+    const Frame first = draw(view, {SplatKind::ellipse, {Shade::lit}, true}, splats, 9);
     std::shuffle(splats.begin(), splats.end(), std::mt19937(1));
-    const Frame second = draw(view, {SplatKind::ellipse, Shade::lit, true}, splats, 3);
+    const Frame second = draw(view, {SplatKind::ellipse, {Shade::lit}, true}, splats, 3);
     EXPECT_EQ(first.rgb, second.rgb);
     EXPECT_EQ(first.depth, second.depth);
 }
@@ -360,7 +360,7 @@ TEST(Splatter, DrawsTheSameFrameWithAnyNumberOfThreads) {
         std::vector<Frame> frames;
         for (const int threads : {1, 2, 16}) {
             core::set_thread_count(threads);
-            frames.push_back(draw(view, {kind, Shade::lit, true}, splats, 40));
+            frames.push_back(draw(view, {kind, {Shade::lit}, true}, splats, 40));
         }
         core::set_thread_count(0);
         for (const Frame& frame : frames) {
@@ -384,8 +384,8 @@ TEST(Splatter, DrawsOnlyBetweenNearAndFar) {
             const std::vector<Splat> splat{
                 {{place(random), place(random), z}, 1, random_unit(random), 0.05f + 0.95f * part(random)}};
             geom::View view = view_of(64, 48, 40);
-            SplatterOptions options{kind, Shade::normal};
-            options.background = {1, 2, 3};
+            SplatterOptions options{kind, {Shade::normal}};
+            options.look.background = {1, 2, 3};
             options.depth_unit = 1000;
             const Frame all = draw(view, options, splat);
             view.near = 1000.0 * std::max(0.01f, z - 0.5f * part(random));
@@ -415,13 +415,13 @@ TEST(Splatter, ShowsWhatIsBehindWhatNearLeavesOut) {
     geom::View view = view_of(64, 48, 40);
     for (const SplatKind kind :
          {SplatKind::square, SplatKind::circle, SplatKind::ellipse, SplatKind::smooth}) {
-        const Frame alone = draw(view, {kind, Shade::flat, true}, {back});
+        const Frame alone = draw(view, {kind, {Shade::flat}, true}, {back});
         geom::View limited = view;
         limited.near = 3;
-        EXPECT_EQ(draw(limited, {kind, Shade::flat, true}, {front, back}).rgb, alone.rgb);
+        EXPECT_EQ(draw(limited, {kind, {Shade::flat}, true}, {front, back}).rgb, alone.rgb);
         limited.near.reset(), limited.far = 3;
-        EXPECT_EQ(draw(limited, {kind, Shade::flat, true}, {front, back}).rgb,
-                  draw(view, {kind, Shade::flat, true}, {front}).rgb);
+        EXPECT_EQ(draw(limited, {kind, {Shade::flat}, true}, {front, back}).rgb,
+                  draw(view, {kind, {Shade::flat}, true}, {front}).rgb);
     }
 }
 
@@ -430,11 +430,14 @@ TEST(Splatter, DrawsTheSameFrameWithAnyInstructionSet) {
     view.near = 1.5;
     const std::vector<Splat> splats = random_scene(5000, 13);
     for (const SplatKind kind : {SplatKind::square, SplatKind::ellipse, SplatKind::smooth}) {
-        for (const Shade shade : {Shade::lit, Shade::normal}) {
+        render::Look looks[3];
+        looks[1].shade = Shade::normal;
+        looks[2].samples_across = 2, looks[2].key_light = dvec3(1, 2, -1);
+        for (const render::Look& look : looks) {
             Frame first;
             for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
                 hwy::SetSupportedTargetsForTest(target);
-                const Frame frame = draw(view, {kind, shade, true}, splats, 10);
+                const Frame frame = draw(view, {kind, look, true}, splats, 10);
                 hwy::SetSupportedTargetsForTest(0);
                 if (first.width == 0) first = frame;
                 EXPECT_EQ(frame.rgb, first.rgb) << hwy::TargetName(target);
@@ -449,12 +452,12 @@ TEST(Splatter, ForgetsTheFrameBefore) {
     const geom::View view = view_of(317, 211, 200), small = view_of(65, 31, 40);
     Splatter splatter;
     Frame frame;
-    draw(splatter, view, {SplatKind::smooth, Shade::lit, true}, random_scene(20000, 14), 30, frame);
-    draw(splatter, small, {SplatKind::ellipse, Shade::lit}, random_scene(900, 15), 4, frame);
-    const Frame fresh = draw(small, {SplatKind::ellipse, Shade::lit}, random_scene(900, 15), 4);
+    draw(splatter, view, {SplatKind::smooth, {Shade::lit}, true}, random_scene(20000, 14), 30, frame);
+    draw(splatter, small, {SplatKind::ellipse, {Shade::lit}}, random_scene(900, 15), 4, frame);
+    const Frame fresh = draw(small, {SplatKind::ellipse, {Shade::lit}}, random_scene(900, 15), 4);
     EXPECT_EQ(frame.rgb, fresh.rgb);
     EXPECT_EQ(frame.depth, fresh.depth);
-    draw(splatter, small, {SplatKind::ellipse, Shade::lit, false, {1, 2, 3}}, {}, 0, frame);
+    draw(splatter, small, {SplatKind::ellipse, {Shade::lit, {1, 2, 3}}}, {}, 0, frame);
     EXPECT_EQ(covered(frame), 0u);
     EXPECT_EQ(frame.rgb[3 * 64 + 2], 3);
 }
@@ -472,7 +475,7 @@ TEST(Splatter, CoversSplatsThatReachBehindTheEye) {
                       random_unit(random),
                       0.01f + 0.99f * unit(random)};
         for (const SplatKind kind : {SplatKind::ellipse, SplatKind::smooth}) {
-            const Frame frame = draw(view, {kind, Shade::lit}, {s});
+            const Frame frame = draw(view, {kind, {Shade::lit}}, {s});
             for (int y = 0; y < view.height; ++y) {
                 for (int x = 0; x < view.width; ++x) {
                     const float depth = frame.depth[size_t(y * view.width + x)];
@@ -497,7 +500,7 @@ TEST(Splatter, LeavesOutWhatIsBehindTheEye) {
     const geom::View view = view_of(120, 80, 60);
     for (const SplatKind kind :
          {SplatKind::square, SplatKind::circle, SplatKind::ellipse, SplatKind::smooth}) {
-        EXPECT_EQ(covered(draw(view, {kind, Shade::lit}, {{{0, 0, -2}, 1.0f, {0, 0, 1}, 1}})), 0u);
+        EXPECT_EQ(covered(draw(view, {kind, {Shade::lit}}, {{{0, 0, -2}, 1.0f, {0, 0, 1}, 1}})), 0u);
     }
 }
 
@@ -519,17 +522,17 @@ TEST(Splatter, StandsAnyMagnitude) {
                     }
                 }
             }
-            const Frame frame = draw(view, {kind, shade}, splats, 3);
+            const Frame frame = draw(view, {kind, {shade}}, splats, 3);
             for (const float depth : frame.depth) {
                 ASSERT_FALSE(std::isnan(depth));
                 ASSERT_GE(depth, 0);
             }
             // And a disc alone, at any scale of the world, is the same picture.
             const Frame usual =
-                draw(view, {kind, shade}, {{{0.5f, 0.25f, 2}, 0.5f, {0.6f, 0, -0.8f}, 0.03f}});
+                draw(view, {kind, {shade}}, {{{0.5f, 0.25f, 2}, 0.5f, {0.6f, 0, -0.8f}, 0.03f}});
             for (const float scale : {0x1p-90f, 0x1p-40f, 0x1p40f, 0x1p90f}) {
                 const Frame scaled =
-                    draw(view, {kind, shade},
+                    draw(view, {kind, {shade}},
                          {{{0.5f * scale, 0.25f * scale, 2 * scale}, 0.5f * scale, {0.6f, 0, -0.8f}, 0.03f}});
                 EXPECT_EQ(scaled.rgb, usual.rgb);
                 EXPECT_EQ(covered(scaled), covered(usual));

@@ -52,7 +52,7 @@ class Subject {
         render::Frame frame;
         const scene::DrawReport report = painter_.draw(view, options, frame);
         const scene::ReferenceMeasures measures =
-            reference_.measure(view, options.shade, options.background, frame);
+            reference_.measure(view, options.look, frame);
         EXPECT_EQ(measures.difference.holes, 0u)
             << describe(view) << ", threshold " << threshold_px << ", kind " << int(kind);
         EXPECT_LE(measures.measured_error_px, report.counts.error_bound_px + rounding_px(view))

@@ -98,7 +98,7 @@ TEST(ModelPainter, DrawsOnlyBetweenNearAndFar) {
             EXPECT_GT(double(depth), *view.near * (1 - 1e-6));
             EXPECT_LT(double(depth), *view.far * (1 + 1e-6));
         }
-        const scene::ReferenceMeasures m = reference.measure(view, render::Shade::lit, {0, 0, 0}, some.frame);
+        const scene::ReferenceMeasures m = reference.measure(view, {}, some.frame);
         EXPECT_GT(m.difference.coverage_iou, 0.95) << from << " to " << to;
         EXPECT_LE(m.measured_error_px, some.report.counts.error_bound_px + 2e-3);
         if (from > -1 || to < 1) {
@@ -118,7 +118,7 @@ TEST(ModelPainter, BoundsTheErrorBesideTheEyeWhereNearKeepsItOff) {
         const Drawn drawn = draw(model, view, {});
         EXPECT_TRUE(std::isfinite(drawn.report.counts.error_bound_px));
         const scene::ReferenceMeasures m =
-            reference.measure(view, render::Shade::lit, {0, 0, 0}, drawn.frame);
+            reference.measure(view, {}, drawn.frame);
         EXPECT_LE(m.measured_error_px, drawn.report.counts.error_bound_px + 2e-3);
     }
 }

@@ -17,6 +17,7 @@ namespace {
 scene::FrameReport full_report(splat::CutBy by) {
     scene::FrameReport report;
     report.cut.by = by;
+    report.eye = "left";
     report.reference.emplace();
     return report;
 }

@@ -94,8 +94,8 @@ render::Frame draw(const Scene& scene, int width, int height) {
     scene::DrawOptions options;
     options.cut.threshold_px = scene.threshold_px;
     options.kind = scene.kind;
-    options.shade = scene.shade;
-    options.background = scene.background;
+    options.look.shade = scene.shade;
+    options.look.background = scene.background;
     render::Frame frame;
     scene::ModelPainter(model).draw(geom::make_view(scene.camera, width, height), options, frame);
     return frame;

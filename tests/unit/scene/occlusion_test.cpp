@@ -92,7 +92,7 @@ std::vector<scene::DrawOptions> options_for(size_t view) {
         options.kind = kind;
         options.cut.cull_backfaces = view % 2 == 0;
         options.cut.threshold_px = view % 3 == 0 ? 0.3 : 1;
-        options.shade = view % 2 == 0 ? render::Shade::lit : render::Shade::flat;
+        options.look.shade = view % 2 == 0 ? render::Shade::lit : render::Shade::flat;
         all.push_back(options);
     }
     return all;

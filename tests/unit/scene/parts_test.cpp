@@ -107,7 +107,7 @@ TEST(PartsOfAPicture, AreThoseOfTheWholeForTheMesh) {
     render::MeshRaster raster(mesh);
     for (const geom::View& view : views) {
         const auto draw = [&](const geom::View& part, render::Frame& frame) {
-            raster.draw(part, render::Shade::lit, {1, 2, 3}, frame);
+            raster.draw(part, {render::Shade::lit, {1, 2, 3}}, frame);
         };
         render::Frame whole;
         draw(view, whole);

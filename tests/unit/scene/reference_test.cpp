@@ -33,13 +33,13 @@ geom::View view_of_plane() {
 
 render::Frame drawn(const mesh::Mesh& mesh, const geom::View& view) {
     render::Frame frame;
-    render::MeshRaster(mesh).draw(view, render::Shade::lit, {0, 0, 0}, frame);
+    render::MeshRaster(mesh).draw(view, {}, frame);
     return frame;
 }
 
 scene::ReferenceMeasures measure(const render::Frame& frame) {
     return scene::Reference(plane(), "plane", true)
-        .measure(view_of_plane(), render::Shade::lit, {0, 0, 0}, frame);
+        .measure(view_of_plane(), {}, frame);
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ TEST(Reference, FindsNoErrorInItsOwnPicture) {
     const geom::View view = geom::make_view(camera, 160, 120);
     scene::Reference reference(mesh, "torus", true);
     const scene::ReferenceMeasures m =
-        reference.measure(view, render::Shade::lit, {0, 0, 0}, drawn(mesh, view));
+        reference.measure(view, {}, drawn(mesh, view));
     EXPECT_TRUE(std::isinf(m.difference.psnr_db));
     EXPECT_EQ(m.difference.holes, 0u);
     EXPECT_EQ(m.difference.silhouette_growth, 0);
@@ -98,7 +98,7 @@ TEST(Reference, MeasuresTheSameWithAnyNumberOfThreads) {
         core::set_thread_count(threads);
         scene::Reference reference(mesh, "torus", true);
         const double error_px =
-            reference.measure(view, render::Shade::lit, {0, 0, 0}, frame).measured_error_px;
+            reference.measure(view, {}, frame).measured_error_px;
         if (threads == 1) expected = error_px;
         EXPECT_GT(error_px, 0);
         EXPECT_EQ(error_px, expected);
@@ -122,7 +122,7 @@ TEST(Reference, IsGreyForAModelWithoutColour) {
     for (const bool with_colour : {true, false}) {
         scene::Reference reference(mesh, "plane", with_colour);
         EXPECT_EQ(reference.has_colour(), with_colour);
-        reference.measure(view, render::Shade::flat, {0, 0, 0}, drawn(mesh, view));
+        reference.measure(view, {render::Shade::flat}, drawn(mesh, view));
         const uint8_t* rgb = reference.frame().rgb.data();
         EXPECT_EQ(rgb[0], with_colour ? 255 : 230);
         EXPECT_EQ(rgb[1], with_colour ? 0 : 230);
