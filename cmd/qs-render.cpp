@@ -1,25 +1,20 @@
-// qs-render: draw the frames of a camera path.  The work is scene::ModelPainter and scene::Reference.
-#include <array>
+// qs-render: draw the frames of a camera path.  The work is that of scene::ModelPainter and scene::Reference.
+#include <algorithm>
 #include <cmath>
-#include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
 #include "core/program.h"
-#include "core/stopwatch.h"
 #include "geom/path.h"
-#include "mesh/mesh.h"
 #include "qs-render/arguments.h"
-#include "qs-render/picture_files.h"
+#include "qs-render/film.h"
 #include "qs-render/sources.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
-#include "scene/frame_report.h"
+#include "scene/explain.h"
 #include "scene/outputs.h"
-#include "scene/reference.h"
 
 namespace {
 
@@ -28,30 +23,30 @@ using qs_render::Arguments;
 using qs_render::Models;
 using qs_render::Source;
 
-std::vector<geom::Camera> cameras_of(const Arguments& a, const Models& models) {
+using Path = std::vector<geom::PathFrame>;
+
+// Lines that are wrong are among them with --keep-going only.
+Path cameras_of(const Arguments& a, const Models& models) {
     if (a.path.empty())
-        return {a.camera.camera(scene::bounds_of(models.placed()), a.resolution[0] / a.resolution[1])};
+        return {{a.camera.camera(scene::bounds_of(models.placed()), a.resolution[0] / a.resolution[1])}};
     const core::InputFile file(a.path);
-    return geom::parse_path({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()},
-                            file.name());
+    Path path = geom::parse_frames({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()},
+                                   file.name());
+    for (const geom::PathFrame& frame : path)
+        if (!frame.fault.empty() && !a.keep_going) throw core::Error(frame.fault);
+    return path;
 }
 
 // The rate at which the path's times pass where every `step`-th frame is drawn.
-double frames_per_s(const Arguments& a, const std::vector<geom::Camera>& path, size_t step) {
+double frames_per_s(const Arguments& a, const Path& path, size_t step) {
     if (!std::isnan(a.fps)) return a.fps;
-    const double seconds = path.back().time_s - path.front().time_s;
-    const double fps = double(path.size() - 1) / (seconds * double(step));
+    const auto is_right = [](const geom::PathFrame& frame) { return frame.fault.empty(); };
+    const auto first = std::find_if(path.begin(), path.end(), is_right);
+    const auto last = std::find_if(path.rbegin(), path.rend(), is_right);
+    if (first == path.end()) return geom::kDefaultFps;
+    const double seconds = last->camera.time_s - first->camera.time_s;
+    const double fps = double(&*last - &*first) / (seconds * double(step));
     return fps >= 0.001 && fps <= 1000 ? fps : geom::kDefaultFps;
-}
-
-std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const Models& models) {
-    if (a.reference.empty()) return nullptr;
-    const bool has_colour = models.has_colour();
-    auto reference =
-        std::make_unique<scene::Reference>(mesh::read_mesh(a.reference).mesh, a.reference, has_colour);
-    if (has_colour && !reference->has_colour())
-        core::warn(a.reference + ": has no colours, unlike the model; its frames are grey");
-    return reference;
 }
 
 scene::Backend open_backend(const Arguments& a) {
@@ -61,7 +56,8 @@ scene::Backend open_backend(const Arguments& a) {
                      (backend.reason.empty() ? "" : " (" + backend.reason + ")"));
         return backend;
     } catch (const core::Error& error) {
-        throw core::Error("--backend " + a.backend + ": " + error.what() + "; --list-backends says what there is");
+        throw core::Error("--backend " + a.backend + ": " + error.what() +
+                          "; --list-backends says what there is");
     }
 }
 
@@ -72,55 +68,29 @@ std::vector<std::string> inputs_of(const Arguments& a, const std::vector<Source>
 }
 
 void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const Models& models,
-                 const std::vector<std::string>& inputs, const std::vector<geom::Camera>& path,
-                 const std::vector<int>& frames, scene::Backend backend) {
-    core::Report report(inputs);
-    qs_render::PictureFiles files(a.output, qs_render::format_of(a),
-                                  frames_per_s(a, path, qs_render::frame_range(a).step), a.depth);
-    const std::unique_ptr<scene::Reference> reference = reference_of(a, models);
-    scene::ModelPainter painter(models.placed(), std::move(backend.painter));
-    if (draw.occlusion == scene::Occlusion::on && !painter.can_hide())
-        throw core::UsageError("--occlusion on: only the back end cpu can leave out what is hidden, not " +
-                               backend.name);
-    render::Frame frame;
+                 const std::vector<std::string>& inputs, const Path& path, const std::vector<int>& frames) {
+    qs_render::Film film(a, draw, models, inputs, frames_per_s(a, path, qs_render::frame_range(a).step),
+                         open_backend(a));
     core::Progress progress("frame", frames.size());
     uint64_t done = 0;
-    const scene::Screen screen = qs_render::screen(a);
-    // The default is a wish that small models cannot meet; squares and circles have no bound to hold against
-    // it; of a prefix has been warned.
-    const bool warns_of_leaves =
-        a.threshold->count() > 0 && models.are_complete() &&
-        (draw.kind == render::SplatKind::ellipse || draw.kind == render::SplatKind::smooth);
-    size_t coarse_count = 0;
     for (const int number : frames) {
-        const geom::Camera& camera = path[size_t(number)];
-        bool is_coarse = false;
-        for (const auto& [eye, view] : scene::views_of(camera, screen)) {
-            scene::FrameReport line;
-            line.frame = number;
-            line.eye = eye;
-            line.time_s = camera.time_s;
-            line.backend = backend.name;
-            line.cut = draw.cut;
-            line.draw = painter.draw(view, draw, frame);
-            core::Stopwatch watch;
-            files.write(number, eye, frame);
-            line.write_ms = watch.lap_ms();
-            if (reference) {
-                line.reference = reference->measure(view, draw.look, frame);
-                line.reference_ms = watch.lap_ms();
-            }
-            if (report.is_wanted()) report.write(scene::to_json(line));
-            is_coarse = is_coarse || line.misses_threshold();
-        }
-        coarse_count += warns_of_leaves && is_coarse;
+        film.take(number, path[size_t(number)]);
         progress.update(++done);
     }
-    files.finish();
-    report.commit();
-    if (coarse_count > 0)
-        core::warn(text("threshold %g px not met in %zu of %zu frames: the model's leaves are coarser",
-                        draw.cut.threshold_px, coarse_count, frames.size()));
+    film.finish();
+}
+
+// Of one eye.
+void explain(const Arguments& a, const scene::DrawOptions& draw, const Models& models,
+             const geom::PathFrame& shot, scene::Backend backend) {
+    if (!shot.fault.empty()) throw core::Error(shot.fault);
+    scene::ModelPainter painter(models.placed(), std::move(backend.painter));
+    qs_render::check_occlusion(draw, painter, backend.name);
+    const geom::View view = scene::views_of(shot.camera, qs_render::screen(a)).front().view;
+    scene::Explanation explanation = scene::explain(painter, view, draw);
+    explanation.frame.backend = backend.name;
+    explanation.parts.insert(explanation.parts.begin(), scene::part_of(backend));
+    core::print(a.json ? scene::to_json(explanation).dump() + "\n" : scene::to_text(explanation));
 }
 
 void run(const Arguments& a) {
@@ -129,7 +99,7 @@ void run(const Arguments& a) {
     qs_render::check(a, sources);
     const scene::DrawOptions draw = qs_render::draw_options(a);
     const Models models(sources);
-    const std::vector<geom::Camera> path = cameras_of(a, models);
+    const Path path = cameras_of(a, models);
     const std::vector<std::string> inputs = inputs_of(a, sources);
     const std::vector<int> frames = qs_render::frame_numbers(qs_render::frame_range(a), path.size());
     scene::check({a.output, a.depth, qs_render::format_of(a), a.report}, inputs, {frames, a.is_stereo});
@@ -138,7 +108,10 @@ void run(const Arguments& a) {
             core::warn(text("%s: holds %llu of %llu blocks; what is drawn is as fine as they are",
                             model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),
                             static_cast<unsigned long long>(model.header().block_count)));
-    draw_frames(a, draw, models, inputs, path, frames, open_backend(a));
+    if (a.explain)
+        explain(a, draw, models, path[size_t(frames.front())], open_backend(a));
+    else
+        draw_frames(a, draw, models, inputs, path, frames);
 }
 
 }  // namespace

@@ -78,6 +78,16 @@ glm::u8vec4 colour_of(const std::string& word) {
     return colour;
 }
 
+// An explanation is of one frame, and goes to standard output.
+void check_explanation(const Arguments& a) {
+    const std::pair<const char*, bool> others[] = {
+        {"-o", !a.output.empty()},       {"--depth", !a.depth.empty()},
+        {"--report", !a.report.empty()}, {"--reference", !a.reference.empty()},
+        {"--budget", a.has_budget()},    {"--refine", a.refine}};
+    for (const auto& [option, is_given] : others)
+        if (is_given) throw UsageError(std::string(option) + ": not with --explain, which draws no picture");
+}
+
 }  // namespace
 
 void add_options(core::Program& program, Arguments& a) {
@@ -110,6 +120,9 @@ void add_options(core::Program& program, Arguments& a) {
                                      "Largest error of what is drawn; 0 draws all detail");
     program.add_number("--threshold-diameter", a.threshold_diameter_px, 0, 1e6, "pixels",
                        "Largest diameter of what is drawn, instead of --threshold");
+    program.add_duration("--budget", a.budget_ms, 0.001, 3.6e6,
+                         "Time for a frame, 33ms: the threshold rises from --threshold to keep it");
+    app.add_flag("--refine", a.refine, "Draw each camera several times, finer and finer, for --report");
     app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")->type_name("KIND");
     app.add_option("--shade", a.shade, "lit, normal, level or flat")->type_name("MODE");
     app.add_option("--samples", a.samples, "Samples a pixel: 1, 4 or 16")->type_name("N");
@@ -128,6 +141,11 @@ void add_options(core::Program& program, Arguments& a) {
             source->required(false);
         },
         "Say which back ends there are, and exit");
+    app.add_flag("--explain", a.explain,
+                 "Say what the first frame needs, what is left out, and why; draw no picture");
+    app.add_flag("--json", a.json, "With --explain: as JSON, keys as in qs-render(1)");
+    app.add_flag("--keep-going", a.keep_going,
+                 "Skip frames that cannot be drawn, and exit with 1 at the end");
     app.add_option("--reference", a.reference, "Measure each frame against this mesh, for --report")
         ->type_name("MESH");
 }
@@ -228,8 +246,12 @@ void check_look(const Arguments& a) {
 
 void check(const Arguments& a, const std::vector<Source>& sources) {
     check_sizes(a);
-    if (a.output.empty() && a.depth.empty() && a.report.empty())
+    if (a.explain) {
+        check_explanation(a);
+    } else if (a.output.empty() && a.depth.empty() && a.report.empty()) {
         throw UsageError("nothing to write; give -o, --depth or --report");
+    }
+    if (a.json && !a.explain) throw UsageError("--json: needs --explain");
     const auto is_stdin = [](const Source& source) { return source.file == "-"; };
     if (std::any_of(sources.begin(), sources.end(), is_stdin) && a.path == "-")
         throw UsageError("SOURCE and --path are both standard input");

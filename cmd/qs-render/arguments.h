@@ -21,9 +21,9 @@ struct Arguments {
     std::string path, output, format, depth, reference, report;
     CameraOptions camera;
     std::array<double, 2> resolution{1280, 720};
-    double threshold_px = 1, threshold_diameter_px = kNotGiven, fps = kNotGiven;
+    double threshold_px = 1, threshold_diameter_px = kNotGiven, budget_ms = kNotGiven, fps = kNotGiven;
     CLI::Option* threshold = nullptr;
-    bool keep_backfaces = false, is_stereo = false;
+    bool refine = false, keep_backfaces = false, keep_going = false, is_stereo = false, explain = false, json = false;
     std::string frames, tile, samples = "1";
     std::array<double, 3> key_light{kNotGiven, kNotGiven, kNotGiven};
     double eye_angle_deg = 2;
@@ -33,6 +33,7 @@ struct Arguments {
     bool lists_backends = false;  // and does nothing else
 
     bool cuts_by_diameter() const { return !std::isnan(threshold_diameter_px); }
+    bool has_budget() const { return !std::isnan(budget_ms); }
 };
 
 void add_options(core::Program& program, Arguments& arguments);

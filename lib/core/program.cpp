@@ -188,6 +188,17 @@ std::optional<uint64_t> parse_size(std::string_view input) {
     return value << shift;
 }
 
+// "33ms", "33", "0.033s" or "2m", in milliseconds.
+std::optional<double> parse_duration_ms(std::string_view input) {
+    constexpr std::pair<std::string_view, double> units[] = {{"ms", 1}, {"s", 1000}, {"m", 60'000}};
+    for (const auto& [suffix, ms] : units) {
+        if (!input.ends_with(suffix)) continue;
+        const std::optional<double> number = parse_double(input.substr(0, input.size() - suffix.size()));
+        return number ? std::optional(*number * ms) : std::nullopt;
+    }
+    return parse_double(input);
+}
+
 std::string shown_size(uint64_t bytes) {
     std::string suffix;
     for (const char letter : kSizeSuffixes) {
@@ -411,6 +422,24 @@ CLI::Option* Program::add_integer(const std::string& names, int64_t& value, int6
 
 CLI::Option* Program::add_size(const std::string& names, uint64_t& value, const std::string& help) {
     return core::add_size(options, names, value, help);
+}
+
+CLI::Option* Program::add_duration(const std::string& names, double& value_ms, double low_ms, double high_ms,
+                                   const std::string& help) {
+    const std::string name = shown_name(names);
+    const auto take = [=, &value_ms](const std::string& input) {
+        const std::optional<double> ms = parse_duration_ms(input);
+        if (!ms)
+            throw UsageError(name + ": '" + input +
+                             "' is not a time; give milliseconds, as in 33, 33ms or 0.033s");
+        if (!(*ms >= low_ms && *ms <= high_ms))
+            throw UsageError(name + ": " + input + " is out of range; it must be " +
+                             range_sentence(shortest(low_ms), shortest(high_ms), "ms"));
+        value_ms = *ms;
+    };
+    return options.add_option_function<std::string>(names, take, help)
+        ->type_name("TIME")
+        ->default_str(std::isfinite(value_ms) ? shortest(value_ms) + "ms" : "");
 }
 
 CLI::Option* Program::add_numbers(const std::string& names, std::span<double> values, const std::string& form,

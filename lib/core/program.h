@@ -48,6 +48,9 @@ class Program {
                              const std::string& help);
     // Bytes: 4096, 64K, 8M, 2G (powers of 1024).
     CLI::Option* add_size(const std::string& names, uint64_t& value, const std::string& help);
+    // Times: 33ms, 0.033s, 2m; a plain number is milliseconds.  The value is in milliseconds.
+    CLI::Option* add_duration(const std::string& names, double& value_ms, double low_ms, double high_ms,
+                              const std::string& help);
     // As many finite numbers as `values` has, with commas between: --camera-position -1,0,2.5.
     // `form` is how --help and messages write it ("X,Y,Z").
     CLI::Option* add_numbers(const std::string& names, std::span<double> values, const std::string& form,

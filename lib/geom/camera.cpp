@@ -245,20 +245,29 @@ Camera parse_camera(std::string_view line, const std::string& where) {
     }
 }
 
-std::vector<Camera> parse_path(std::string_view text, const std::string& name) {
-    std::vector<Camera> path;
+std::vector<PathFrame> parse_frames(std::string_view text, const std::string& name) {
+    std::vector<PathFrame> path;
     for (size_t begin = 0, number = 1; begin < text.size(); ++number) {
         const size_t end = std::min(text.find('\n', begin), text.size());
         const std::string_view line = text.substr(begin, end - begin);
         begin = end + 1;
         if (is_blank(line)) continue;
         try {
-            path.push_back(read_camera(line, double(path.size()) / kDefaultFps));
+            path.push_back({read_camera(line, double(path.size()) / kDefaultFps), ""});
         } catch (const core::Error& error) {
-            throw core::Error(core::text("%s: line %zu: %s", name.c_str(), number, error.what()));
+            path.push_back({{}, core::text("%s: line %zu: %s", name.c_str(), number, error.what())});
         }
     }
     if (path.empty()) throw core::Error(name + ": holds no camera");
+    return path;
+}
+
+std::vector<Camera> parse_path(std::string_view text, const std::string& name) {
+    std::vector<Camera> path;
+    for (PathFrame& frame : parse_frames(text, name)) {
+        if (!frame.fault.empty()) throw core::Error(frame.fault);
+        path.push_back(frame.camera);
+    }
     return path;
 }
 

@@ -95,6 +95,13 @@ View subdivided(const View& view, int across);
 Camera parse_camera(std::string_view line, const std::string& where);
 std::vector<Camera> parse_path(std::string_view text, const std::string& name);
 
+// The same for those who go on after a line that is wrong: it is a frame that cannot be drawn.
+struct PathFrame {
+    Camera camera{};
+    std::string fault{};  // "<name>: line N: ..."; empty: the camera has passed check()
+};
+std::vector<PathFrame> parse_frames(std::string_view text, const std::string& name);
+
 // One line with its newline; reads back bit for bit.  Throws core::Error where a value is not finite.
 std::string format_camera(const Camera& camera);
 std::string format_path(std::span<const Camera> path);

@@ -27,6 +27,15 @@
 
 namespace render {
 
+// What the shading of a pixel needs of its splats; SplatKind::smooth blends only that.
+struct ShadingNeeds {
+    bool normals, colours;
+};
+inline ShadingNeeds needs_of(const SplatterOptions& options) {
+    const Shade shade = options.look.shade;
+    return {shade != Shade::flat, (options.has_colour || shade == Shade::level) && shade != Shade::normal};
+}
+
 class Splatter final : public SplatPainter {
   public:
     Splatter();

@@ -589,14 +589,13 @@ void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scrat
     if (options.kind == SplatKind::square)
         return draw_and_shade<Nearest, Shape::square>(params, job, scratch, frame);
     if (options.kind != SplatKind::smooth) return draw_outlines<Nearest>(params, job, scratch, frame);
-    const bool colours = options.has_colour || options.look.shade == Shade::level;
-    if (options.look.shade == Shade::flat) {
-        return colours ? draw_outlines<Blend<false, true>>(params, job, scratch, frame)
-                       : draw_outlines<Blend<false, false>>(params, job, scratch, frame);
+    const ShadingNeeds needs = needs_of(options);
+    if (!needs.normals) {
+        return needs.colours ? draw_outlines<Blend<false, true>>(params, job, scratch, frame)
+                             : draw_outlines<Blend<false, false>>(params, job, scratch, frame);
     }
-    return colours && options.look.shade != Shade::normal
-               ? draw_outlines<Blend<true, true>>(params, job, scratch, frame)
-               : draw_outlines<Blend<true, false>>(params, job, scratch, frame);
+    return needs.colours ? draw_outlines<Blend<true, true>>(params, job, scratch, frame)
+                         : draw_outlines<Blend<true, false>>(params, job, scratch, frame);
 }
 
 }  // namespace render::HWY_NAMESPACE

@@ -117,6 +117,22 @@ DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options
     return done;
 }
 
+std::vector<ModelPlan> ModelPainter::plans() const {
+    std::vector<ModelPlan> plans;
+    for (const Part& part : parts_) plans.push_back({part.placed.model, part.cut->plan()});
+    return plans;
+}
+
+splat::CutProfile ModelPainter::profile(const geom::View& view, const splat::CutOptions& options,
+                                        const splat::ProfileOptions& limits) const {
+    const auto of = [&](const Part& part) {
+        return part.cut->profile(geom::view_in(part.placed.world_from_model, view), options, limits);
+    };
+    splat::CutProfile sum = of(parts_[0]);
+    for (size_t i = 1; i < parts_.size(); ++i) sum.add(of(parts_[i]));
+    return sum;
+}
+
 DrawReport ModelPainter::report() const {
     DrawReport sum;
     for (const Part& part : parts_) {

@@ -49,6 +49,11 @@ struct PlacedModel {
     }
 };
 
+struct ModelPlan {
+    const splat::Model* model;
+    splat::CutPlan plan;
+};
+
 // Around all of them; there is one at least.
 geom::Sphere bounds_of(std::span<const PlacedModel> models);
 
@@ -68,6 +73,14 @@ class ModelPainter {
     // Depths are in world units.
     DrawReport draw(const geom::View& view, const DrawOptions& options, render::Frame& frame);
 
+    // What was decided for the last frame, model by model; and what a frame asks of its painter.
+    std::vector<ModelPlan> plans() const;
+    render::SplatterOptions splatter_options(const DrawOptions& options) const;
+
+    // What cuts of the view would hold, as Cut::profile(), of all models together.
+    splat::CutProfile profile(const geom::View& view, const splat::CutOptions& options,
+                              const splat::ProfileOptions& limits) const;
+
   private:
     struct Part {
         PlacedModel placed;
@@ -81,7 +94,6 @@ class ModelPainter {
     bool finds_hidden(const geom::View& view, const DrawOptions& options);
     void walk(geom::OcclusionMap* map);
     void repeat_unproven(const geom::View& view, const DrawOptions& options, render::Frame& frame);
-    render::SplatterOptions splatter_options(const DrawOptions& options) const;
     DrawReport report() const;
     // body(part, task of the part, task of the frame), in parallel.
     template <class Body>

@@ -1,5 +1,6 @@
 #include "scene/frame_report.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace scene {
@@ -33,11 +34,21 @@ core::Json to_json(const FrameReport& report) {
     json["t"] = report.time_s;
     json["backend"] = report.backend;
     core::Json& ms = json["ms"];
+    if (report.budget) ms["predict"] = rounded(report.budget->predict_ms);
     ms["traverse"] = rounded(report.draw.traverse_ms);
     ms["draw"] = rounded(report.draw.draw_ms);
     ms["write"] = rounded(report.write_ms);
-    ms["total"] = rounded(report.draw.traverse_ms + report.draw.draw_ms + report.write_ms);
+    ms["total"] = rounded(report.total_ms());
     if (report.reference) ms["reference"] = rounded(report.reference_ms);
+    if (report.refinement) {
+        json["refinement"] = report.refinement->number;
+        json["elapsed_ms"] = rounded(report.refinement->elapsed_ms);
+    }
+    if (report.budget) {
+        json["budget_ms"] = report.budget->budget_ms;
+        json["predicted_ms"] = rounded(report.budget->predicted_ms);
+        json["overshoot"] = std::max(0.0, report.drawing_ms() / report.budget->budget_ms - 1);
+    }
     json["nodes_visited"] = counts.nodes_visited;
     json["nodes_culled"] = {{"frustum", counts.frustum_culled},
                             {"backface", counts.backface_culled},
@@ -53,6 +64,10 @@ core::Json to_json(const FrameReport& report) {
     json["model_blocks_present"] = report.draw.model_blocks_present;
     if (report.reference) add_reference(json, *report.reference);
     return json;
+}
+
+core::Json to_json_of_failure(int frame, const std::string& error) {
+    return {{"frame", frame}, {"error", error}};
 }
 
 }  // namespace scene

@@ -5,11 +5,20 @@
 #include <optional>
 #include <string>
 
+#include <string>
+
 #include "core/program.h"
+#include "scene/budget_painter.h"
 #include "scene/draw.h"
 #include "scene/reference.h"
 
 namespace scene {
+
+// One of several drawings of a camera.
+struct RefinementReport {
+    int number = 0;         // from 0
+    double elapsed_ms = 0;  // with those before it
+};
 
 struct FrameReport {
     int frame = 0;  // from 0, as in the pictures' names
@@ -21,6 +30,12 @@ struct FrameReport {
     double write_ms = 0;      // waiting for the writer, which works behind the renderer
     double reference_ms = 0;  // drawing the reference and measuring; not part of the total
     std::optional<ReferenceMeasures> reference{};
+    std::optional<BudgetReport> budget{};
+    std::optional<RefinementReport> refinement{};
+
+    // What is held to a budget.
+    double drawing_ms() const { return (budget ? budget->predict_ms : 0) + draw.traverse_ms + draw.draw_ms; }
+    double total_ms() const { return drawing_ms() + write_ms; }
 
     // What was drawn may be further off than was asked for: there was nothing finer.  Never with a threshold of 0,
     // which asks for all there is, or one on diameters.
@@ -33,5 +48,8 @@ struct FrameReport {
 
 // Infinite measures become null when they are written.
 core::Json to_json(const FrameReport& report);
+
+// The line of a frame that could not be drawn.
+core::Json to_json_of_failure(int frame, const std::string& error);
 
 }  // namespace scene

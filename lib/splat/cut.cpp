@@ -46,7 +46,9 @@ struct CutView {
     float near = 0, far = 0;   // depths between which something is drawn
     float limit_error = 0;     // threshold on e f / z
     float limit_diameter = 0;  // threshold on 2 R f / z
+    CutPlan plan;
     bool by_error = true, cull_backfaces = true, two_sided = false, has_colour = false;
+    bool is_profiled = false;  // nothing is drawn: all that is visible is listed as open, with what it needs
     uint32_t colour = 0;       // of all, where there is no channel
 };
 
@@ -59,6 +61,7 @@ struct Opening {
     uint8_t children;
     bool is_inside;  // wholly inside the four sides, those of the picture for the top and of the raster below
     bool may_hide = true;  // part of it may be hidden
+    uint16_t level = 0;    // of the tree; 0 is the root
     uint32_t slot;   // of its first child, in `block`
     uint64_t block;
 };
@@ -83,6 +86,9 @@ struct Chunk {
     alignas(64) std::array<uint32_t, kLanes> open, inside;
     alignas(64) std::array<float, kLanes> at[3], offset[3], normal[3], radius;
     alignas(64) std::array<int32_t, kLanes> cone;
+    // Where the view is profiled: the smallest threshold at which the node is drawn, and its diameter,
+    // pixels.
+    alignas(64) std::array<float, kLanes> needed, size;
 };
 
 // kErrorOfRadius, row by row.
@@ -209,6 +215,7 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
     TakeGroups(parents, block, chunk);
     chunk.open_count = 0;
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    const M no_lane = hn::Lt(zero, zero);
     V error_px = zero;  // of what is drawn
     for (int first = 0; first < chunk.count; first += int(hn::Lanes(d))) {
         const auto i = size_t(first);
@@ -242,7 +249,7 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
                            hn::Gt(hn::Sub(z, bound), hn::Set(d, view.far)));
         M inside = hn::Gt(z, bound);
         if (!hn::AllTrue(d, hn::Or(parent_inside, hn::Not(valid)))) {
-            M beyond = hn::Lt(zero, zero);
+            M beyond = no_lane;
             for (int k = 0; k < 4; ++k) {
                 const V distance =
                     hn::Add(Dot(Set3(d, view.sides.plane[k]), at), hn::Set(d, view.sides.plane_offset[k]));
@@ -292,7 +299,7 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         const auto leaf = hn::Eq(children, hn::Zero(du));
         const auto missing = hn::TestBit(shape, hn::Set(du, Chunk::kChildrenMissing));
         const M ends = hn::RebindMask(d, hn::Or(leaf, missing));
-        const M drawn = hn::And(visible, hn::Or(ends, small));
+        const M drawn = view.is_profiled ? no_lane : hn::And(visible, hn::Or(ends, small));
         const M open = hn::AndNot(drawn, visible);
 
         counts.frustum_culled += hn::CountTrue(d, outside);
@@ -305,6 +312,15 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
             Store3(at, d, chunk.at, i), Store3(offset, d, chunk.offset, i), Store3(n, d, chunk.normal, i);
             hn::Store(radius, d, &chunk.radius[i]), hn::Store(cone, di, &chunk.cone[i]);
             hn::Store(hn::VecFromMask(du, hn::RebindMask(du, inside)), du, &chunk.inside[i]);
+            if (view.is_profiled) {
+                const V of_diameter = hn::Mul(diameter, hn::Set(d, 1 / kDiameterOfError));
+                const V wanted = view.by_error ? hn::Max(error, of_diameter) : diameter;
+                const auto projected = [&](V length_px) HWY_ATTR {
+                    return hn::IfThenElse(hn::Gt(nearest, zero), hn::Div(length_px, nearest), hn::Inf(d));
+                };
+                hn::Store(projected(wanted), d, &chunk.needed[i]),
+                    hn::Store(projected(diameter), d, &chunk.size[i]);
+            }
         }
 
         if (hn::AllFalse(d, drawn)) continue;
@@ -345,6 +361,7 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
             hn::StoreU(hn::Set(du, view.colour), du, batch.colour + to);
         batch.count += int(hn::CountTrue(d, drawn));
         counts.splats += hn::CountTrue(d, drawn);
+        counts.closed += hn::CountTrue(d, hn::AndNot(ends, drawn));
     }
     counts.nodes_visited += uint64_t(chunk.count);
     counts.error_bound_px = std::max(counts.error_bound_px, double(hn::GetLane(hn::MaxOfLanes(d, error_px))));
@@ -438,6 +455,21 @@ struct TaskOutlines {
     Outline& last() { return of[size_t(count - 1)]; }
 };
 
+CutPlan make_plan(const Header& h, const CutOptions& options, bool is_cut_open) {
+    CutPlan plan;
+    if (!options.cull_backfaces)
+        plan.backfaces = BackfaceTest::not_wanted;
+    else if (h.flags & kOpenSurface)
+        plan.backfaces = BackfaceTest::open_surface;
+    else if (is_cut_open)
+        plan.backfaces = BackfaceTest::cut_open_by_near;
+    if (h.has_colour())
+        plan.colour = ColourFrom::channel;
+    else if (h.flags & kConstantColour)
+        plan.colour = ColourFrom::header;
+    return plan;
+}
+
 CutView make_cut_view(const Model& model, const geom::View& view, const CutOptions& options) {
     const Header& h = model.header();
     CutView v;
@@ -462,11 +494,13 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
     v.limit_diameter = float(v.by_error ? options.threshold_px * double(kDiameterOfError) : options.threshold_px);
     // What near cuts open shows its inside.
     const bool is_cut_open = view.near && *view.near / h.scale > -glm::dot(eye, view.forward) - 1.0;
-    v.cull_backfaces = options.cull_backfaces && !is_cut_open && !(h.flags & kOpenSurface);
+    v.plan = make_plan(h, options, is_cut_open);
+    v.cull_backfaces = v.plan.backfaces == BackfaceTest::made;
     v.two_sided = h.flags & kCloud;
-    v.has_colour = h.has_colour();
-    const bool constant = h.flags & kConstantColour;
-    v.colour = constant ? uint32_t(h.colour[0]) | uint32_t(h.colour[1]) << 8 | uint32_t(h.colour[2]) << 16 : 0x00e6e6e6;
+    v.has_colour = v.plan.colour == ColourFrom::channel;
+    v.colour = v.plan.colour == ColourFrom::header
+                   ? uint32_t(h.colour[0]) | uint32_t(h.colour[1]) << 8 | uint32_t(h.colour[2]) << 16
+                   : 0x00e6e6e6;
     return v;
 }
 
@@ -475,7 +509,9 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
 void CutCounts::add(const CutCounts& o) {
     nodes_visited += o.nodes_visited, frustum_culled += o.frustum_culled, backface_culled += o.backface_culled;
     occlusion_culled += o.occlusion_culled;
-    splats += o.splats, blocks_touched += o.blocks_touched, groups_missing += o.groups_missing;
+    splats += o.splats, closed += o.closed, blocks_touched += o.blocks_touched,
+        groups_missing += o.groups_missing;
+    side_tests += o.side_tests, side_test_level = std::max(side_test_level, o.side_test_level);
     error_bound_px = std::max(error_bound_px, o.error_bound_px);
 }
 
@@ -512,9 +548,8 @@ struct Cut::State {
         const uint64_t number = nodes[0].block;
         BlockView& block = walker.open_block(model, number);
         if (touched[number].exchange(frame, std::memory_order_relaxed) != frame) ++c.blocks_touched;
-        for (const Opening& node : nodes)
-            if (node.slot + node.children > block.node_count())
-                model.fault(number, "a sibling group goes beyond its nodes");
+        check_groups(nodes, block);
+        count_side_tests(nodes, c);
         Chunk& chunk = walker.chunk;
         if (!model.is_complete()) mark_missing(nodes, block, chunk);
         HWY_DYNAMIC_DISPATCH(CutGroups)(nodes, block, view, chunk, batch, c);
@@ -530,21 +565,11 @@ struct Cut::State {
                 c.occlusion_culled += !map->is_repeated();
                 continue;
             }
-            const GroupAt group = block.group_of(chunk.slot[k]);
-            if (group.block < number || (group.block == number && group.slot <= chunk.slot[k]))
-                model.fault(number, "a node's children stand before it");
+            const GroupAt group = group_of(block, chunk.slot[k]);
             // Groups follow each other: most lie in lines that were asked for already.
             if (group.block != asked.block || group.slot / kLineNodes != asked.slot / kLineNodes)
                 model.prefetch(asked = group);
-            push(Opening{at,
-                         chunk.radius[k],
-                         {chunk.normal[0][k], chunk.normal[1][k], chunk.normal[2][k]},
-                         int16_t(chunk.cone[k]),
-                         uint8_t(chunk.code[k] & 7),
-                         chunk.inside[k] != 0,
-                         !map || sight == Sight::partly,
-                         group.slot,
-                         group.block},
+            push(opening_of(chunk, k, group, nodes[0].level, !map || sight == Sight::partly),
                  glm::dvec3(chunk.offset[0][k], chunk.offset[1][k], chunk.offset[2][k]));
         }
     }
@@ -557,6 +582,46 @@ struct Cut::State {
 
     Sight look(const glm::vec3& at, float radius, geom::OcclusionMap& map) const {
         return map.look(in_view(at), radius * (1.0f + kSlack) * view.unit);
+    }
+
+    static void count_side_tests(std::span<const Opening> nodes, CutCounts& c) {
+        for (const Opening& node : nodes) {
+            if (node.is_inside) continue;
+            c.side_tests += node.children;
+            c.side_test_level = std::max(c.side_test_level, node.level + 1u);
+        }
+    }
+
+    void check_groups(std::span<const Opening> nodes, const BlockView& block) const {
+        for (const Opening& node : nodes)
+            if (node.slot + node.children > block.node_count())
+                model.fault(block.number(), "a sibling group goes beyond its nodes");
+    }
+
+    GroupAt group_of(BlockView& block, uint32_t slot) const {
+        const GroupAt group = block.group_of(slot);
+        if (group.block < block.number() || (group.block == block.number() && group.slot <= slot))
+            model.fault(block.number(), "a node's children stand before it");
+        return group;
+    }
+
+    static Opening opening_of(const Chunk& chunk, size_t k, const GroupAt& group, uint16_t parent_level,
+                              bool may_hide) {
+        return {{chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]},
+                chunk.radius[k],
+                {chunk.normal[0][k], chunk.normal[1][k], chunk.normal[2][k]},
+                int16_t(chunk.cone[k]),
+                uint8_t(chunk.code[k] & 7),
+                chunk.inside[k] != 0,
+                may_hide,
+                uint16_t(parent_level + 1),
+                group.slot,
+                group.block};
+    }
+
+    Opening root_opening(const CutView& v) const {
+        const Node root = model.root();
+        return {glm::vec3(-v.pivot), 1.0f, root.normal, int16_t(root.cone), uint8_t(root.children), false, true, 0, 0, 0};
     }
 
     void mark_missing(std::span<const Opening> nodes, BlockView& block, Chunk& chunk) const {
@@ -592,10 +657,7 @@ struct Cut::State {
         top_batches.clear();
         top_batch.count = 0;
         std::vector<std::pair<Opening, glm::dvec3>> level, next;
-        const Node root = model.root();
-        level.push_back({{glm::vec3(-view.pivot), 1.0f, root.normal, int16_t(root.cone),
-                          uint8_t(root.children), false, true, 0, 0},
-                         glm::dvec3(0)});
+        level.push_back({root_opening(view), glm::dvec3(0)});
         Walker& walker = walkers.local();
         while (!level.empty() && level.size() < kTasks) {
             next.clear();
@@ -706,6 +768,86 @@ struct Cut::State {
             surfaces.push_back({{s.x, s.y, s.z}, s.radius, {s.nx, s.ny, s.nz}, s.radius * s.flatness});
         map.add_surfaces(surfaces);
     }
+
+    // Nodes to be opened in a walk that profiles: at thresholds before `steps` of the profile.
+    struct ProfiledLevel {
+        std::vector<Opening> nodes;
+        std::vector<int> steps;
+
+        void clear() { nodes.clear(), steps.clear(); }
+        void keep(size_t from, size_t to) { nodes[to] = nodes[from], steps[to] = steps[from]; }
+        void shorten(size_t count) { nodes.resize(count), steps.resize(count); }
+    };
+
+    // Opens nodes whose groups lie in one block.  What they hold counts `weight` times.
+    void profile_nodes(std::span<const Opening> nodes, const int* steps, double weight, const CutView& v,
+                       Walker& walker, CutProfile& profile, ProfiledLevel& next) {
+        const uint64_t number = nodes[0].block;
+        // Not by whether the block was checked: walks of this kind check some blocks, too.
+        const bool is_cold = touched[number].load(std::memory_order_relaxed) == 0;
+        BlockView& block = walker.open_block(model, number);
+        check_groups(nodes, block);
+        Chunk& chunk = walker.chunk;
+        chunk.missing.fill(0);
+        CutCounts unused;
+        HWY_DYNAMIC_DISPATCH(CutGroups)(nodes, block, v, chunk, walker.batch, unused);
+        size_t g = 0;
+        for (uint32_t i = 0, end = nodes[0].children; i < chunk.open_count; ++i) {
+            const size_t k = chunk.open[i];
+            while (k >= end) end += nodes[++g].children;
+            const bool is_leaf = (chunk.code[k] & 7) == 0;
+            const GroupAt group = is_leaf ? GroupAt{} : group_of(block, chunk.slot[k]);
+            const bool ends = is_leaf || !model.has_block(group.block);
+            const int drawn_from = ends ? 0 : profile.step_of(double(chunk.needed[k]));
+            profile.add_splat(drawn_from, steps[g], double(chunk.size[k]), weight);
+            if (const int opened = std::min(drawn_from, steps[g]); opened > 0)
+                next.nodes.push_back(opening_of(chunk, k, group, nodes[0].level, false)), next.steps.push_back(opened);
+        }
+        for (size_t n = 0; n < nodes.size(); ++n)
+            profile.add_nodes(steps[n], weight * double(nodes[n].children), is_cold);
+    }
+
+    CutProfile profile(const CutView& v, const ProfileOptions& options, uint64_t pixels) {
+        CutProfile profile(options, pixels);
+        Walker& walker = walkers.local();
+        walker.batch.count = 0;
+        ProfiledLevel level, next;
+        level.nodes.push_back(root_opening(v)), level.steps.push_back(CutProfile::kSteps);
+        double weight = 1;
+        while (!level.nodes.empty()) {
+            next.clear();
+            for (std::span<const Opening> rest = level.nodes, nodes; !rest.empty();
+                 rest = rest.subspan(nodes.size())) {
+                nodes = first_chunk(rest);
+                const int* steps = level.steps.data() + (nodes.data() - level.nodes.data());
+                profile_nodes(nodes, steps, weight, v, walker, profile, next);
+            }
+            weight = thin_out(next, weight, profile, options);
+            for (const Opening& node : next.nodes) model.prefetch({node.block, node.slot});
+            std::swap(level, next);
+        }
+        profile.finish();
+        return profile;
+    }
+
+    // Leaves out nodes that only cuts beyond the limit open, and of the others all but every n-th.  Returns
+    // the weight of those that are left.
+    static double thin_out(ProfiledLevel& level, double weight, CutProfile& profile,
+                           const ProfileOptions& options) {
+        profile.limit(level.steps, weight);
+        size_t kept = 0;
+        for (size_t i = 0; i < level.nodes.size(); ++i)
+            if (level.steps[i] > profile.first_step()) level.keep(i, kept++);
+        const size_t stride = (kept + options.samples - 1) / options.samples;
+        if (stride > 1) {
+            size_t sampled = 0;
+            for (size_t i = stride / 2; i < kept; i += stride) level.keep(i, sampled++);
+            weight *= double(kept) / double(sampled);
+            kept = sampled;
+        }
+        level.shorten(kept);
+        return weight;
+    }
 };
 
 Cut::Cut(const Model& model) : state_(std::make_unique<State>(model)) {}
@@ -714,9 +856,12 @@ Cut::~Cut() = default;
 size_t Cut::begin(const geom::View& view, const CutOptions& options, double unit) {
     state_->view = make_cut_view(state_->model, view, options);
     state_->view.unit = float(unit);
-    if (++state_->frame == 0) {  // stamps of 256 frames ago
-        for (uint64_t b = 0; b < state_->model.blocks_present(); ++b) state_->touched[b].store(0, std::memory_order_relaxed);
-        state_->frame = 1;
+    // Stamps of 256 frames ago become one that is no frame's; 0 stays: never used.
+    if (++state_->frame == 0) {
+        for (uint64_t b = 0; b < state_->model.blocks_present(); ++b)
+            if (state_->touched[b].load(std::memory_order_relaxed) != 0)
+                state_->touched[b].store(1, std::memory_order_relaxed);
+        state_->frame = 2;
     }
     state_->walk_top();
     if (view.width != view.picture_width() || view.height != view.picture_height())
@@ -755,6 +900,18 @@ void Cut::run(size_t task, const Sink& sink, geom::OcclusionMap* map) {
 }
 
 CutCounts Cut::counts() const { return state_->counts; }
+
+CutPlan Cut::plan() const {
+    return state_->view.plan;
+}
+
+CutProfile Cut::profile(const geom::View& view, const CutOptions& options,
+                        const ProfileOptions& limits) const {
+    CutView v = make_cut_view(state_->model, view, options);
+    v.is_profiled = true;
+    v.sides = v.raster_sides;
+    return state_->profile(v, limits, uint64_t(view.width) * uint64_t(view.height));
+}
 
 }  // namespace splat
 #endif

@@ -24,6 +24,7 @@
 #include "geom/camera.h"
 #include "geom/occlusion.h"
 #include "geom/splat_batch.h"
+#include "splat/cut_profile.h"
 #include "splat/model.h"
 
 namespace splat {
@@ -35,14 +36,26 @@ enum class CutBy {
 
 struct CutOptions {
     CutBy by = CutBy::error;
-    double threshold_px = 1;    // >= 0; 0 draws leaves only
+    double threshold_px = 1;    // 0 and less, and NaN, draw leaves only
     bool cull_backfaces = true; // where the model's surface allows it
+};
+
+// What is decided for a whole view.
+enum class BackfaceTest { made, not_wanted, open_surface, cut_open_by_near };
+enum class ColourFrom { channel, header, nowhere };
+struct CutPlan {
+    BackfaceTest backfaces = BackfaceTest::made;
+    ColourFrom colour = ColourFrom::nowhere;
 };
 
 struct CutCounts {
     uint64_t nodes_visited = 0, frustum_culled = 0, backface_culled = 0, splats = 0;
     uint64_t occlusion_culled = 0;
+    // Nodes held against the picture's sides: those that were not wholly between them further up.
+    uint64_t side_tests = 0;
+    uint32_t side_test_level = 0;  // the deepest level with such nodes; that of the root's children is 1
     uint64_t blocks_touched = 0;
+    uint64_t closed = 0;           // of the splats, nodes that a smaller threshold would open
     uint64_t groups_missing = 0;   // child groups that were wanted and are not there
     double error_bound_px = 0;     // no drawn point is further from the surface; infinity with the eye inside a splat
     void add(const CutCounts& o);
@@ -76,6 +89,11 @@ class Cut {
 
     // Of all that was walked since begin().
     CutCounts counts() const;
+    CutPlan plan() const;
+
+    // What cuts of the view would hold, by threshold, from limits.finest_px (not options.threshold_px) up: an
+    // estimate by a walk over a sample of the nodes.  Between the walks of frames, not during one.
+    CutProfile profile(const geom::View& view, const CutOptions& options, const ProfileOptions& limits) const;
 
   private:
     struct State;

@@ -171,7 +171,6 @@ Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& pa
     render::Frame frame;
     Json answer;
     add_counts(answer, painter.draw(c.view, c.draw, frame).counts, model);
-    { uint64_t h = 1469598103934665603u; auto mix=[&](const void* p, size_t n){ for (size_t i=0;i<n;++i) h=(h^((const uint8_t*)p)[i])*1099511628211u; }; mix(frame.rgb.data(), frame.rgb.size()); mix(frame.depth.data(), 4*frame.depth.size()); answer["hash"]=h; }
     render::Look true_look = c.draw.look;
     true_look.samples_across = c.truth_across;
     if (c.compare) add_comparison(answer, frame, truth.frame(c.view, true_look), c.view);

@@ -34,6 +34,9 @@ void cut_for_views(const splat::Model& model) {
         const size_t tasks = cut.begin(geom::make_view(camera, 320, 240), options);
         for (size_t t = 0; t < tasks; ++t) cut.run(t, check_splats);
         require(cut.counts().splats <= h.node_count, "no more splats than nodes");
+        const splat::CutProfile profile =
+            cut.profile(geom::make_view(camera, 320, 240), options, {0, 1e6, 16});
+        require(std::isfinite(profile.at(profile.first_step()).splats), "profiles are finite");
     }
 }
 

@@ -10,6 +10,12 @@ try model.qs -o frame.png --resolution 12.5,10
 try model.qs -o frame.png --threshold -1
 try model.qs -o frame.png --threshold 1,5
 try model.qs -o frame.png --threshold 2 --threshold-diameter 3
+try model.qs -o frame.png --budget 0
+try model.qs -o frame.png --budget nan
+try model.qs -o frame.png --budget 33mm
+try model.qs -o frame.png --budget -1ms
+try model.qs -o frame.png --budget 2h
+try model.qs -o frame.png --threshold nan
 try model.qs -o frame.png --splat disc
 try model.qs -o frame.png --shade dark
 try model.qs -o frame.png --format gif

@@ -26,6 +26,7 @@ struct Sample {
     double threshold = 1, low_only = kNone;
     int64_t frames = 240;
     uint64_t memory = 64 << 20;
+    double budget_ms = kNone;
     double eye[3] = {NAN, 0, 0};
     std::string operand;
 
@@ -35,6 +36,7 @@ struct Sample {
         program.add_number("--scale", low_only, 0.5, kNone, "", "A factor");
         program.add_integer("--frames", frames, 1, 100000, "Frames of the path");
         program.add_size("--memory", memory, "Memory to use");
+        program.add_duration("--budget", budget_ms, 0.5, 1000, "Time to use");
         program.add_numbers("--camera-position", eye, "X,Y,Z", "Where the eye is");
     }
     int run(std::vector<std::string> arguments, const std::function<void()>& job) {
@@ -60,6 +62,22 @@ Outcome run(const std::vector<std::string>& arguments) {
 }
 
 class Program : public core_test::InFreshFolder {};
+
+TEST_F(Program, TimesAreMillisecondsUnlessTheySayOtherwise) {
+    const auto budget = [](Sample& s) { core::print(core::text("%.17g", s.budget_ms)); };
+    const std::pair<std::string, std::string> cases[] = {{"33", "33"},     {"33ms", "33"},  {"0.033s", "33"},
+                                                         {"0.5ms", "0.5"}, {"1s", "1000"},  {".01m", "600"},
+                                                         {"1e2", "100"},   {"1e-1s", "100"}};
+    for (const auto& [given, taken] : cases)
+        EXPECT_EQ(run({"in", "--budget", given}, budget).out, taken) << given;
+    for (const std::string given : {"", "ms", "s", "33 ms", "33h", "1,5ms", "nans", "0x10"})
+        EXPECT_EQ(
+            run({"in", "--budget", given}, budget).err,
+            "qs-sample: --budget: '" + given +
+                "' is not a time; give milliseconds, as in 33, 33ms or 0.033s\ntry 'qs-sample --help'\n");
+    for (const std::string given : {"0", "-1ms", "1.001s", "1m", "1e300m", "nan", "inf"})
+        EXPECT_EQ(run({"in", "--budget", given}, budget).err.find("qs-sample: --budget: "), 0u) << given;
+}
 
 TEST_F(Program, NumbersAreTakenAsWritten) {
     const std::pair<std::vector<std::string>, std::string> cases[] = {

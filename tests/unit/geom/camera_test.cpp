@@ -231,6 +231,22 @@ TEST(CameraPath, SaysWhichLineAndKeyIsWrong) {
     EXPECT_EQ(parse_error_of("{\"eye\":[nan,2,3]}"), "p.jsonl: line 1: column 10: not JSON");
 }
 
+TEST(CameraPath, KeepsThePlacesOfLinesThatAreWrong) {
+    const auto frames = geom::parse_frames(
+        "{\"eye\":[0,0,2],\"target\":[0,0,0]}\n\n"
+        "{\"eye\":[1,2,3],\"target\":[1,2,3]}\n"
+        "not JSON\n"
+        "{\"eye\":[0,0,3],\"target\":[0,0,0]}\n",
+        "p.jsonl");
+    ASSERT_EQ(frames.size(), 4u);
+    EXPECT_EQ(frames[0].fault, "");
+    EXPECT_EQ(frames[1].fault.find("p.jsonl: line 3: \"eye\" and \"target\" are the same point"), 0u);
+    EXPECT_EQ(frames[2].fault.find("p.jsonl: line 4: "), 0u);
+    EXPECT_EQ(frames[3].fault, "");
+    EXPECT_EQ(frames[3].camera.eye.z, 3);
+    EXPECT_EQ(frames[3].camera.time_s, 3 / geom::kDefaultFps);
+}
+
 TEST(CameraPath, RefusesAPathWithoutACamera) {
     for (const char* text : {"", "\n", " \r\n\t\n"})
         EXPECT_EQ(parse_error_of(text), "p.jsonl: holds no camera");

@@ -19,6 +19,8 @@ scene::FrameReport full_report(splat::CutBy by) {
     report.cut.by = by;
     report.eye = "left";
     report.reference.emplace();
+    report.budget = {.budget_ms = 33};
+    report.refinement = {1, 50};
     return report;
 }
 
@@ -49,6 +51,7 @@ TEST(FrameReport, HasTheKeysOfItsManPageEachOnce) {
     std::map<std::string, int> keys;
     add_keys(scene::to_json(full_report(splat::CutBy::error)), keys);
     add_keys(scene::to_json(full_report(splat::CutBy::diameter)), keys);
+    add_keys(scene::to_json_of_failure(3, "path.jsonl: line 4: is wrong"), keys);
     EXPECT_EQ(documented_keys(), keys);
 }
 
@@ -70,7 +73,21 @@ TEST(FrameReport, WritesNullForWhatIsInfinite) {
 TEST(FrameReport, SumsItsTimes) {
     scene::FrameReport report = full_report(splat::CutBy::error);
     report.draw.traverse_ms = 1, report.draw.draw_ms = 2, report.write_ms = 4, report.reference_ms = 8;
-    EXPECT_EQ(scene::to_json(report)["ms"]["total"], 7.0);
+    report.budget->predict_ms = 16;
+    EXPECT_EQ(scene::to_json(report)["ms"]["total"], 23.0);
+}
+
+TEST(FrameReport, SaysByHowMuchABudgetWasExceeded) {
+    scene::FrameReport report;
+    EXPECT_FALSE(scene::to_json(report).contains("overshoot"));
+    report.budget = {.budget_ms = 20, .predicted_ms = 19, .predict_ms = 2};
+    report.draw.traverse_ms = 10, report.draw.draw_ms = 13, report.write_ms = 1000;
+    const core::Json late = scene::to_json(report);
+    EXPECT_EQ(late["budget_ms"], 20.0);
+    EXPECT_EQ(late["predicted_ms"], 19.0);
+    EXPECT_DOUBLE_EQ(late["overshoot"], 0.25) << "the writer's time does not count";
+    report.draw.draw_ms = 7;
+    EXPECT_EQ(scene::to_json(report)["overshoot"], 0.0);
 }
 
 TEST(FrameReport, NamesTheThresholdByItsMeaning) {
@@ -99,5 +116,5 @@ TEST(FrameReport, RoundsTimesToMicroseconds) {
     scene::FrameReport report = full_report(splat::CutBy::error);
     report.draw.traverse_ms = 1.2344567, report.draw.draw_ms = 2.0004, report.write_ms = 0.0004;
     EXPECT_EQ(scene::to_json(report)["ms"].dump(),
-              R"({"traverse":1.234,"draw":2.0,"write":0.0,"total":3.235,"reference":0.0})");
+              R"({"predict":0.0,"traverse":1.234,"draw":2.0,"write":0.0,"total":3.235,"reference":0.0})");
 }

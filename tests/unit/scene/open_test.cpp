@@ -27,7 +27,7 @@ render::Frame draw(const splat::Model& model, const geom::View& view,
                    render::Shade shade = render::Shade::lit) {
     render::Frame frame;
     scene::DrawOptions options;
-    options.shade = shade;
+    options.look.shade = shade;
     scene::ModelPainter(model).draw(view, options, frame);
     return frame;
 }
@@ -55,7 +55,7 @@ TEST(OpenSurface, IsRecognisedAndShowsBothSides) {
         const geom::View view = view_from(model, direction);
         const render::Frame frame = draw(model, view);
         const scene::ReferenceMeasures measures =
-            reference.measure(view, render::Shade::lit, {0, 0, 0}, frame);
+            reference.measure(view, {}, frame);
         EXPECT_EQ(measures.difference.holes, 0u);
         EXPECT_GT(measures.difference.coverage_iou, 0.9);
     }

@@ -1,0 +1,138 @@
+#include "qs-render/film.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/error.h"
+#include "core/stopwatch.h"
+#include "mesh/mesh.h"
+#include "scene/refinement.h"
+
+namespace qs_render {
+
+using core::text;
+
+namespace {
+
+std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const Models& models) {
+    if (a.reference.empty()) return nullptr;
+    const bool has_colour = models.has_colour();
+    auto reference =
+        std::make_unique<scene::Reference>(mesh::read_mesh(a.reference).mesh, a.reference, has_colour);
+    if (has_colour && !reference->has_colour())
+        core::warn(a.reference + ": has no colours, unlike the model; its frames are grey");
+    return reference;
+}
+
+}  // namespace
+
+void check_occlusion(const scene::DrawOptions& draw, const scene::ModelPainter& painter,
+                     const std::string& backend) {
+    if (draw.occlusion == scene::Occlusion::on && !painter.can_hide())
+        throw core::UsageError("--occlusion on: only the back end cpu can leave out what is hidden, not " +
+                               backend);
+}
+
+Film::Film(const Arguments& arguments, const scene::DrawOptions& options, const Models& models,
+           const std::vector<std::string>& inputs, double frames_per_s, scene::Backend backend)
+    : a_(arguments),
+      options_(options),
+      screen_(screen(arguments)),
+      are_complete_(models.are_complete()),
+      report_(inputs),
+      files_(arguments.output, format_of(arguments), frames_per_s, arguments.depth),
+      reference_(reference_of(arguments, models)),
+      backend_(backend.name),
+      painter_(models.placed(), std::move(backend.painter)) {
+    check_occlusion(options, painter_, backend_);
+    if (a_.has_budget()) budget_painter_.emplace(painter_, a_.budget_ms);
+}
+
+void Film::take(int number, const geom::PathFrame& shot) {
+    try {
+        if (!shot.fault.empty()) throw core::Error(shot.fault);
+        for (const auto& [eye, view] : scene::views_of(shot.camera, screen_)) {
+            scene::FrameReport line;
+            line.frame = number;
+            line.eye = eye;
+            line.time_s = shot.camera.time_s;
+            line.backend = backend_;
+            line.cut = options_.cut;
+            take_view(view, std::move(line));
+        }
+    } catch (const core::Error& error) {
+        if (!a_.keep_going) throw;
+        core::fail(text("frame %d: %s", number, error.what()));
+        report_.write(scene::to_json_of_failure(number, error.what()));
+    }
+}
+
+void Film::take_view(const geom::View& view, scene::FrameReport line) {
+    std::optional<double> threshold_px = options_.cut.threshold_px;
+    if (a_.refine) threshold_px = std::max(*threshold_px, scene::kFirstRefinementPx);
+    double elapsed_ms = 0;
+    for (int refinement = 0; threshold_px; ++refinement) {
+        line.cut.threshold_px = *threshold_px;
+        line.write_ms = 0;
+        draw(view, refinement == 0, line);
+        threshold_px.reset();
+        if (a_.refine)
+            threshold_px =
+                scene::refined_threshold(line.cut.threshold_px, options_.cut.threshold_px, line.draw.counts);
+        if (!threshold_px) {
+            core::Stopwatch watch;
+            files_.write(line.frame, line.eye, frame_);
+            line.write_ms = watch.lap_ms();
+        }
+        elapsed_ms += line.total_ms();
+        if (a_.refine) line.refinement = {refinement, elapsed_ms};
+        if (reference_) measure(view, line);
+        if (report_.is_wanted()) report_.write(scene::to_json(line));
+        if (!threshold_px) count(line);
+    }
+}
+
+void Film::draw(const geom::View& view, bool is_first, scene::FrameReport& line) {
+    scene::DrawOptions options = options_;
+    line.budget.reset();
+    if (budget_painter_ && is_first) {
+        line.draw = budget_painter_->draw(view, options, frame_);
+        line.budget = budget_painter_->report();
+        line.cut = options.cut;
+    } else {
+        options.cut = line.cut;
+        line.draw = painter_.draw(view, options, frame_);
+    }
+}
+
+void Film::measure(const geom::View& view, scene::FrameReport& line) {
+    core::Stopwatch watch;
+    line.reference = reference_->measure(view, options_.look, frame_);
+    line.reference_ms = watch.lap_ms();
+}
+
+void Film::count(scene::FrameReport line) {
+    ++drawn_count_;
+    late_count_ += line.budget && line.drawing_ms() > scene::FrameBudget::kTolerance * a_.budget_ms;
+    // The default is a wish that small models cannot meet; squares and circles have no bound to hold against
+    // it; of a prefix has been warned; and a budget may have asked for less.
+    const bool is_bounded =
+        options_.kind == render::SplatKind::ellipse || options_.kind == render::SplatKind::smooth;
+    const bool was_asked = a_.threshold->count() > 0 && are_complete_ && is_bounded &&
+                           (a_.refine || line.cut.threshold_px <= options_.cut.threshold_px);
+    line.cut = options_.cut;
+    coarse_count_ += was_asked && line.misses_threshold();
+}
+
+void Film::finish() {
+    files_.finish();
+    report_.commit();
+    if (coarse_count_ > 0)
+        core::warn(text("threshold %g px not met in %zu of %zu frames: the model's leaves are coarser",
+                        options_.cut.threshold_px, coarse_count_, drawn_count_));
+    if (a_.has_budget())
+        core::notice(text("budget %g ms: %zu of %zu frames took more than %g times as long", a_.budget_ms,
+                          late_count_, drawn_count_, scene::FrameBudget::kTolerance));
+}
+
+}  // namespace qs_render

@@ -1,0 +1,58 @@
+// Drawing the frames of a path, and writing what was asked for of each.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/program.h"
+#include "geom/path.h"
+#include "qs-render/arguments.h"
+#include "qs-render/picture_files.h"
+#include "qs-render/sources.h"
+#include "scene/backends.h"
+#include "scene/budget_painter.h"
+#include "scene/draw.h"
+#include "scene/frame_report.h"
+#include "scene/reference.h"
+#include "scene/shots.h"
+
+namespace qs_render {
+
+// Throws core::UsageError where the back end cannot leave out what is hidden, and is to.
+void check_occlusion(const scene::DrawOptions& draw, const scene::ModelPainter& painter,
+                     const std::string& backend);
+
+// All that is given lives longer.
+class Film {
+  public:
+    Film(const Arguments& arguments, const scene::DrawOptions& options, const Models& models,
+         const std::vector<std::string>& inputs, double frames_per_s, scene::Backend backend);
+
+    // One camera: for each eye once, or with --refine again and again; the last picture is written.
+    void take(int number, const geom::PathFrame& shot);
+
+    void finish();
+
+  private:
+    void take_view(const geom::View& view, scene::FrameReport line);
+    void draw(const geom::View& view, bool is_first, scene::FrameReport& line);
+    void measure(const geom::View& view, scene::FrameReport& line);
+    void count(scene::FrameReport line);
+
+    const Arguments& a_;
+    const scene::DrawOptions& options_;
+    const scene::Screen screen_;
+    const bool are_complete_;
+    core::Report report_;
+    PictureFiles files_;
+    std::unique_ptr<scene::Reference> reference_;
+    std::string backend_;
+    scene::ModelPainter painter_;
+    std::optional<scene::BudgetPainter> budget_painter_;
+    render::Frame frame_;
+    size_t drawn_count_ = 0, coarse_count_ = 0, late_count_ = 0;  // pictures
+};
+
+}  // namespace qs_render

@@ -1,0 +1,36 @@
+# A camera that cannot be drawn stops the run before anything is written, or is left out and reported.
+"$QS_SOURCE/tests/tools/make-bumpy-ply" 60 > mesh.ply
+qs-build --quiet mesh.ply -o model.qs
+qs-path orbit model.qs --frames 4 -o good.jsonl
+{ head -n 2 good.jsonl; echo '{"eye":[1,2,3],"target":[1,2,3]}'; echo 'oops'; tail -n 2 good.jsonl; } > path.jsonl
+draw() { qs-render model.qs --resolution 320,240 "$@"; }
+draw --path path.jsonl -o "%d.ppm"
+echo "exit $?"
+ls
+draw --path path.jsonl -o "%d.ppm" --keep-going --report report.jsonl
+echo "exit $?"
+ls
+cut -c 1-60 report.jsonl | grep -v '"ms"'
+draw --path good.jsonl -o "good-%d.ppm" --keep-going
+echo "exit $?"
+cmp good-1.ppm 1.ppm && cmp good-2.ppm 4.ppm && cmp good-3.ppm 5.ppm && echo "the others are as without it"
+
+# A stream goes on; its rate is that of the cameras that are right.
+draw --path path.jsonl -o - --keep-going 2> said | grep -ac FRAME
+draw --path path.jsonl -o - --keep-going 2> said | head -n 1
+grep -c . said
+# Only wrong cameras.
+echo '{}' | draw --path - -o "none-%d.ppm" --keep-going
+echo "exit $?"
+
+# A damaged block: frames that do not need it are drawn.
+size=$(stat -c %s model.qs)
+printf x | dd of=model.qs bs=1 seek=$((size - 900)) conv=notrunc status=none
+{
+    echo '{"eye":[0,0,1000],"target":[0,0,0]}'
+    echo '{"eye":[0,0,4],"target":[0,0,0]}'
+    echo '{"eye":[0,0,1000],"target":[0,0,0]}'
+} > path.jsonl
+draw --path path.jsonl --threshold 0.5 --keep-backfaces -o "damaged-%d.ppm" --keep-going 2>&1 | sed 's/checksum.*//'
+ls damaged-*
+cmp damaged-0.ppm damaged-2.ppm
