@@ -8,8 +8,9 @@
 //     "samples_across"   1, 2 or 4: a pixel is the mean of so many by so many samples
 //     "truth_across"     the same for --reference (default: as many)
 //     "runs"         frames to time, after a warm-up of 3; 0: the frame is drawn once and not timed
-//     "compare"      true: PSNR, growth, holes, ... against --reference
+//     "compare"      true: PSNR, growth, holes, ... against --reference, or without it the model's own leaves
 //     "distance"     true: the measured error, the largest distance of a pixel's point from --surface
+//     "parts"        true: the times of a frame's parts on one thread, task by task, and splats by tile
 //
 // Times are those of ModelPainter::draw(), from the camera to the shaded pixels; nothing is written.
 #include <algorithm>
@@ -24,10 +25,13 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/program.h"
+#include "core/stopwatch.h"
 #include "mesh/distance.h"
 #include "mesh/mesh.h"
 #include "render/compare.h"
 #include "render/raster.h"
+#include "render/splatter.h"
+#include "render/tile_bins.h"
 #include "scene/draw.h"
 #include "scene/reference.h"
 
@@ -41,7 +45,7 @@ struct Case {
     geom::View view;
     scene::DrawOptions draw;
     int runs = 0;
-    bool compare = false, distance = false;
+    bool compare = false, distance = false, parts = false;
     int truth_across = 1;  // samples of what the frame is compared with
 };
 
@@ -65,10 +69,14 @@ Case parse_case(const std::string& line) {
     c.draw.kind = kind_of(json.value("kind", "smooth"));
     c.draw.cut.threshold_px = json.at("threshold");
     c.draw.cut.by = json.value("diameter", false) ? splat::CutBy::diameter : splat::CutBy::error;
-    c.draw.occlusion = std::map<std::string, scene::Occlusion>{{"auto", scene::Occlusion::automatic}, {"on", scene::Occlusion::on}, {"off", scene::Occlusion::off}}.at(json.value("occlusion", "auto"));
+    c.draw.occlusion = std::map<std::string, scene::Occlusion>{{"auto", scene::Occlusion::automatic},
+                                                               {"on", scene::Occlusion::on},
+                                                               {"off", scene::Occlusion::off}}
+                           .at(json.value("occlusion", "auto"));
     c.runs = json.value("runs", 0);
     c.compare = json.value("compare", false);
     c.distance = json.value("distance", false);
+    c.parts = json.value("parts", false);
     return c;
 }
 
@@ -82,18 +90,16 @@ Json summary(std::vector<double> values) {
 // What is measured against: read and prepared when first asked for.
 class Truth {
   public:
-    Truth(std::string reference, std::string surface, bool with_colour)
-        : reference_(std::move(reference)), surface_(std::move(surface)), with_colour_(with_colour) {}
+    Truth(const splat::Model& model, std::string reference, std::string surface)
+        : painter_(model),
+          reference_(std::move(reference)),
+          surface_(std::move(surface)),
+          with_colour_(model.header().flags & (splat::kHasColour | splat::kConstantColour)) {}
 
     const render::Frame& frame(const geom::View& view, const render::Look& look) {
-        if (!raster_) {
-            mesh_ = read(reference_, "--reference");
-            if (!with_colour_) mesh_.colours.clear();
-            raster_ = std::make_unique<render::MeshRaster>(mesh_);
-        }
         std::vector<double> key = key_of(view);
         key.push_back(look.samples_across);
-        if (key != drawn_) raster_->draw(view, look, frame_);
+        if (key != drawn_) reference_.empty() ? draw_leaves(view, look) : draw_mesh(view, look);
         drawn_ = key;
         return frame_;
     }
@@ -104,6 +110,22 @@ class Truth {
     }
 
   private:
+    void draw_leaves(const geom::View& view, const render::Look& look) {
+        scene::DrawOptions leaves;
+        leaves.cut.threshold_px = 0;
+        leaves.look = look;
+        painter_.draw(view, leaves, frame_);
+    }
+
+    void draw_mesh(const geom::View& view, const render::Look& look) {
+        if (!raster_) {
+            mesh_ = read(reference_, "--reference");
+            if (!with_colour_) mesh_.colours.clear();
+            raster_ = std::make_unique<render::MeshRaster>(mesh_);
+        }
+        raster_->draw(view, look, frame_);
+    }
+
     static mesh::Mesh read(const std::string& path, const char* option) {
         if (path.empty()) throw core::Error(core::text("a case needs %s, which was not given", option));
         return mesh::read_mesh(path).mesh;
@@ -114,6 +136,7 @@ class Truth {
                 v.right.x,       v.right.y,        v.right.z,  v.forward.x, v.forward.y, v.forward.z};
     }
 
+    scene::ModelPainter painter_;
     std::string reference_, surface_;
     bool with_colour_;
     mesh::Mesh mesh_;
@@ -167,6 +190,53 @@ void add_comparison(Json& answer, const render::Frame& frame, const render::Fram
         std::count_if(truth.depth.begin(), truth.depth.end(), [](float z) { return std::isfinite(z); });
 }
 
+// Which tile of the picture the middle of each splat is in; those outside count for the nearest.
+void count_tiles(const geom::SplatBatch& batch, const geom::View& view, int across, int down,
+                 std::vector<uint32_t>& tiles) {
+    const auto tile_at = [](double pixel, int size, int count) {
+        return int(std::clamp(pixel / size, 0.0, double(count - 1)));
+    };
+    for (int i = 0; i < batch.count; ++i) {
+        const double scale = view.focal_px / std::max(double(batch.z[i]), 1e-30);
+        const int x = tile_at(view.principal().x + scale * double(batch.x[i]), render::kTileWidth, across);
+        const int y = tile_at(view.principal().y + scale * double(batch.y[i]), render::kTileHeight, down);
+        ++tiles[size_t(y) * size_t(across) + size_t(x)];
+    }
+}
+
+// A frame's parts, one after the other on this thread; finishing runs on as many as there are.
+Json parts_of(const Case& c, const splat::Model& model) {
+    splat::Cut cut(model);
+    render::Splatter splatter;
+    render::Frame frame;
+    Json parts;
+    for (int run = 0; run <= kWarmUp; ++run) {
+        core::Stopwatch watch;
+        const size_t tasks = cut.begin(c.view, c.draw.cut);
+        splatter.begin(c.view, {c.draw.kind, c.draw.shade, false, c.draw.background, model.header().scale},
+                       tasks);
+        parts["begin_ms"] = watch.lap_ms();
+        std::vector<double> tasks_ms;
+        for (size_t task = 0; task < tasks; ++task) {
+            cut.run(task, [&](const geom::SplatBatch& batch) { splatter.add(task, batch); });
+            splatter.end_task(task);
+            tasks_ms.push_back(watch.lap_ms());
+        }
+        parts["tasks_ms"] = tasks_ms;
+        splatter.finish(frame);
+        parts["finish_ms"] = watch.lap_ms();
+    }
+    const int across = (c.view.width + render::kTileWidth - 1) / render::kTileWidth;
+    const int down = (c.view.height + render::kTileHeight - 1) / render::kTileHeight;
+    std::vector<uint32_t> tiles(size_t(across) * size_t(down), 0);
+    const size_t tasks = cut.begin(c.view, c.draw.cut);
+    for (size_t task = 0; task < tasks; ++task)
+        cut.run(task,
+                [&](const geom::SplatBatch& batch) { count_tiles(batch, c.view, across, down, tiles); });
+    parts["tile_splats"] = tiles;
+    return parts;
+}
+
 Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& painter, Truth& truth) {
     render::Frame frame;
     Json answer;
@@ -176,6 +246,7 @@ Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& pa
     if (c.compare) add_comparison(answer, frame, truth.frame(c.view, true_look), c.view);
     if (c.distance) answer["measured_error_px"] = scene::measured_error_px(truth.distance(), c.view, frame);
     if (c.runs > 0) add_times(answer, c, painter, frame);
+    if (c.parts) answer["parts"] = parts_of(c, model);
     return answer;
 }
 
@@ -190,7 +261,7 @@ int main(int argc, char** argv) {
     return program.run(argc, argv, [&] {
         const splat::Model model(path);
         scene::ModelPainter painter(model);
-        Truth truth(reference, surface, model.header().flags & (splat::kHasColour | splat::kConstantColour));
+        Truth truth(model, reference, surface);
         std::string line;
         while (std::getline(std::cin, line)) {
             core::print(answer_to(parse_case(line), model, painter, truth).dump() + "\n");

@@ -1,0 +1,102 @@
+"""Frames: cost beside error."""
+from .bench import BOUNDED_KINDS, KINDS
+from .programs import FrameBench, log
+
+COLUMNS = ["name", "view", "kind", "threshold_px", "runs", "median_ms", "min_ms", "spread", "splats",
+           "nodes_per_s", "model_bytes_by_bandwidth", "psnr_db", "ssim", "depth_rmse_px", "growth", "holes",
+           "error_bound_px", "measured_error_px"]
+
+
+def measure(bench):
+    rows, cuts = [], []
+    for name in [bench.name, bench.x4, bench.x16] + [n for n in bench.meshes if n == "ct-head"]:
+        log(f"drawing {name}")
+        camera = bench.fit(name)
+        with bench.frames_of(name) as frames:
+            rows += [frame_row(bench, name, "fit", kind, threshold, frames, camera)
+                     for kind in KINDS for threshold in (0, 1)]
+            if name == bench.x16:
+                for psnr in (35, 40):
+                    threshold = frames.threshold_for(camera, psnr)
+                    row = threshold and frame_row(bench, name, f"fit {psnr} dB", "smooth", threshold, frames, camera)
+                    bench.at_psnr[psnr] = row
+                    rows += [row] if row else []
+            if name != "ct-head":
+                cuts += cut_rows(bench, name, frames)
+    bench.tables.write("frames", "frames: cost beside error", rows, COLUMNS)
+    bench.tables.write("cut", "cuts: what is read of a model", cuts)
+    bench.frames = rows
+    set_goals(bench, cuts)
+
+
+def measure_error_against_time(bench):
+    """All subjects, by threshold and kind of splat."""
+    rows = []
+    for name in [bench.name, bench.x16] + [n for n in bench.models if n in ("ct-head", "lidar")]:
+        log(f"error against time of {name}")
+        camera = bench.fit(name)
+        with bench.frames_of(name) as frames:
+            rows += [frame_row(bench, name, "fit", kind, 2.0 ** k, frames, camera)
+                     for kind in KINDS for k in range(-2, 5)]
+    bench.tables.write("error-against-time", "error against run time", rows, COLUMNS)
+
+
+def frame_row(bench, name, view, kind, threshold, frames, camera):
+    """One measured frame, as a row of the tables."""
+    is_bounded = kind in BOUNDED_KINDS and name in bench.meshes
+    a = frames.ask(camera, threshold, kind=kind, runs=bench.runs, compare=True, distance=is_bounded)
+    bound, measured = (a["error_bound_px"], a["measured_error_px"]) if is_bounded else (None, None)
+    seconds = a["ms"]["median"] / 1000
+    return {"name": name, "view": view, "kind": kind, "threshold_px": threshold, "runs": bench.runs,
+            "median_ms": a["ms"]["median"], "min_ms": a["ms"]["min"], "spread": a["ms"]["spread"],
+            "traverse_ms": a["traverse_ms"]["median"], "draw_ms": a["draw_ms"]["median"], "splats": a["splats"],
+            "nodes_visited": a["nodes_visited"], "nodes_per_s": a["nodes_visited"] / seconds,
+            "model_bytes_by_bandwidth": a["visited_bytes"] / seconds / bench.bandwidth, "psnr_db": a["psnr_db"],
+            "psnr_inside_db": a["psnr_inside_db"], "ssim": a["ssim"], "depth_rmse_px": a["depth_rmse_px"],
+            "growth": a["growth"], "holes": a["holes"],
+            "error_bound_px": bound, "measured_error_px": measured,
+            "bound_by_measured": bound / measured if bound and measured else None,
+            "covered_px": a["covered_px"]}
+
+
+def cut_rows(bench, name, frames):
+    fit = bench.fit(bench.name)
+    views = {"fit": fit, "close-up 8x": bench.close_up(fit)}
+    rows = []
+    for view, camera in views.items():
+        for diameter, threshold in ((True, 1), (True, 4), (True, 16), (False, 1)):
+            a = frames.ask(camera, threshold, diameter=diameter)
+            allowed = 32768 if view != "fit" else 0
+            rows.append({"name": name, "view": view, "threshold": f"{threshold} px of {'diameter' if diameter else 'error'}",
+                         "nodes_visited": a["nodes_visited"], "frustum_culled": a["frustum_culled"],
+                         "backface_culled": a["backface_culled"], "splats": a["splats"],
+                         "visited_bytes": a["visited_bytes"], "touched_bytes": a["touched_bytes"],
+                         "touched_by_visited": a["touched_bytes"] / a["visited_bytes"],
+                         "with_allowance": max(0, a["touched_bytes"] - allowed) / a["visited_bytes"],
+                         "touched_share": a["touched_share"]})
+    return rows
+
+
+def row_of(bench, name, kind, threshold):
+    return next(r for r in bench.frames if (r["name"], r["view"], r["kind"], r["threshold_px"]) ==
+                (name, "fit", kind, threshold))
+
+
+def set_goals(bench, cuts):
+    def cut(name, view):
+        return next(r for r in cuts if (r["name"], r["view"], r["threshold"]) == (name, view, "1 px of diameter"))
+    bench.goals.add("touched / visited bytes, fit, 1 px of diameter", "1", 1.5, 1.35, cut(bench.name, "fit")["touched_by_visited"])
+    bench.goals.add("touched / visited bytes, close-up 8x, 32 KiB allowed", "1", 2.2, 1.6,
+                    cut(bench.name, "close-up 8x")["with_allowance"])
+    bench.goals.add("share of x16 touched, fit, 1 px of diameter", "1", 0.70, 0.60, cut(bench.x16, "fit")["touched_share"])
+    smooth, ellipse, one = (row_of(bench, bench.name, *key) for key in (("smooth", 0), ("ellipse", 0), ("smooth", 1)))
+    bench.goals.add("fit, leaves, smooth: PSNR", "dB", 34.5, 36.5, smooth["psnr_db"], True)
+    bench.goals.add("fit, leaves, ellipse: PSNR", "dB", 32.9, 35, ellipse["psnr_db"], True)
+    bench.goals.add("fit, leaves, smooth: silhouette growth", "1", 0.0055, 0.0035, smooth["growth"])
+    bench.goals.add("fit, 1 px of error, smooth: PSNR", "dB", 30, 31.5, one["psnr_db"], True)
+    bench.goals.add("fit, 1 px of error, smooth: growth", "1", 0.011, 0.0075, one["growth"])
+    bench.goals.add("holes, fit", "px", 0, None, sum(row["holes"] for row in bench.frames))
+    bench.goals.add("frame, fit, leaves, smooth", "ms", 8, 4, smooth["median_ms"], best=smooth["min_ms"])
+    for psnr, must, stretch in ((35, 8, 4), (40, 25, 12)):
+        row = bench.at_psnr[psnr]
+        bench.goals.add(f"frame, x16, fit, {psnr} dB", "ms", must, stretch, row and row["median_ms"], best=row and row["min_ms"])

@@ -1,0 +1,72 @@
+"""Programs from start to end: frames to a pipe and to files, single pictures."""
+import json
+import math
+import statistics
+
+from .programs import drop_pages, log, run, through_pipe
+from .tables import spread
+
+
+def measure(bench):
+    rows = []
+    width, height = bench.size
+    found = bench.at_psnr[35]
+    threshold = found["threshold_px"] if found else 1
+    cameras, count = bench.out / "frames.jsonl", 6 if bench.quick else 120
+    centre, radius = bench.bounds[bench.name]
+    # The same distance as in the fitted view, round the model.
+    run(bench.program("qs-path"), "orbit", "--bounds", ",".join(repr(v) for v in (*centre, radius)), "--frames", count,
+        "--elevation", 0, "--distance", 2.85 * math.sin(math.radians(15)), "-o", cameras)
+    psnr = path_psnr(bench, cameras, threshold)
+    pictures = bench.out / "pictures"
+    pictures.mkdir(exist_ok=True)
+    common = [bench.program("qs-render"), bench.model(bench.x16), "--path", cameras, "--threshold", threshold,
+              "--resolution", f"{width},{height}", "--quiet"]
+    for name, more, must, stretch in (("y4m to a pipe", ["-o", "-"], 60, 100),
+                                      ("PNG files", ["-o", pictures / "%04d.png"], 40, 60)):
+        log(f"rendering to {name}")
+        costs = [through_pipe(*common, *more) for _ in range(bench.slow_runs + 1)][1:]
+        wall = spread([cost.wall_s for cost in costs])
+        rows.append({"name": f"qs-render x16, {name}", "frames": count, "threshold_px": threshold, "psnr_db": psnr,
+                     "runs": len(costs), "median_s": wall["median"], "min_s": wall["min"], "spread": wall["spread"],
+                     "frames_per_s": count / wall["median"], "cpu_s": statistics.median(c.cpu_s for c in costs),
+                     "rss_bytes": max(c.rss_bytes for c in costs)})
+        bench.goals.add(f"frames, x16, 35 dB, {name}", "frames/s", must, stretch, count / wall["median"], True, count / wall["min"])
+    for picture in pictures.iterdir():
+        picture.unlink()
+    rows += single_pictures(bench, pictures / "one.png")
+    bench.tables.write("programs", "whole programs", rows)
+
+
+def path_psnr(bench, cameras, threshold):
+    """Median over some frames of the path."""
+    lines = [json.loads(line) for line in open(cameras)]
+    with bench.frames_of(bench.x16) as frames:
+        return statistics.median(frames.ask(dict(line, size=bench.size), threshold, compare=True)["psnr_db"]
+                                 for line in lines[::max(1, len(lines) // 8)])
+
+
+def single_pictures(bench, picture):
+    """A new process for each picture; with the page cache warm, and with the model's pages dropped."""
+    rows = []
+    width, height = bench.size
+    model = bench.model(bench.name)
+    for threshold in (0, 1):
+        for is_dropped in (False, True):
+            costs = []
+            for _ in range(2 * bench.slow_runs + 1):
+                if is_dropped:
+                    drop_pages(model)
+                costs.append(run(bench.program("qs-render"), model, "--threshold", threshold, "--resolution",
+                                 f"{width},{height}", "-o", picture, "--quiet"))
+            wall = spread([cost.wall_s for cost in costs[1:]])
+            rss = max(cost.rss_bytes for cost in costs)
+            rows.append({"name": f"qs-render, one picture, {'file not cached' if is_dropped else 'file cached'}",
+                         "frames": 1, "threshold_px": threshold, "runs": len(costs) - 1,
+                         "median_s": wall["median"], "min_s": wall["min"], "spread": wall["spread"],
+                         "frames_per_s": 1 / wall["median"], "cpu_s": statistics.median(c.cpu_s for c in costs),
+                         "rss_bytes": rss})
+            if threshold == 0 and not is_dropped:
+                bench.goals.add("one picture, new process, leaves", "ms", 100, 50, 1000 * wall["median"], best=1000 * wall["min"])
+                bench.goals.add("one picture, new process, leaves: memory", "MB", 100, None, rss / 1e6)
+    return rows
