@@ -34,7 +34,7 @@ class Bench:
         log("building build/release")
         subprocess.run(["scripts/install-packages"], cwd=ROOT, check=True)
         names = ["qs-build", "qs-info", "qs-path", "qs-render", "coral", "subdivide", "paint", "bandwidth", "frame_bench",
-                 "stability_tests"]
+                 "budget_bench", "backend_bench", "stability_tests"]
         for command in (["cmake", "--preset", "release", "-DQS_BENCH=ON"],
                         ["cmake", "--build", "--preset", "release", "--target", *names]):
             done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -42,11 +42,12 @@ class Bench:
                 sys.exit(done.stdout + "bench: the build failed")
         return ROOT / "build/release"
 
+    def find_program(self, name):
+        places = (self.build_folder / folder / name for folder in ("bin", "tests/bench", "tests/stability"))
+        return next((str(place) for place in places if place.exists()), None)
+
     def program(self, name):
-        for folder in ("bin", "tests/bench", "tests/stability"):
-            if (self.build_folder / folder / name).exists():
-                return str(self.build_folder / folder / name)
-        sys.exit(f"bench: {self.build_folder} has no {name}")
+        return self.find_program(name) or sys.exit(f"bench: {self.build_folder} has no {name}")
 
     def find_mesh(self, mesh):
         dragon = DATA / "dragon.ply"

@@ -38,13 +38,38 @@ def measure_error_against_time(bench):
         with bench.frames_of(name) as frames:
             rows += [frame_row(bench, name, "fit", kind, 2.0 ** k, frames, camera)
                      for kind in KINDS for k in range(-2, 5)]
+            # As the original drew: cut by the diameter of what is drawn.
+            rows += [dict(frame_row(bench, name, "fit", kind, 2.0 ** k, frames, camera, diameter=True),
+                          kind=f"{kind} by diameter") for kind in ("square", "circle") for k in range(-2, 5)]
     bench.tables.write("error-against-time", "error against run time", rows, COLUMNS)
+    bench.goals.add("PSNR above the original's kinds in the time of smooth at 1 px", "dB", 10, None,
+                    gain_at_equal_time([row for row in rows if row["name"] == bench.name]), True)
 
 
-def frame_row(bench, name, view, kind, threshold, frames, camera):
+def gain_at_equal_time(rows):
+    ours = next(row for row in rows if (row["kind"], row["threshold_px"]) == ("smooth", 1))
+    theirs = [row["psnr_db"] for row in rows if row["kind"].endswith("by diameter") and row["median_ms"] <= ours["median_ms"]]
+    return ours["psnr_db"] - max(theirs) if theirs else None
+
+
+def measure_samples(bench):
+    """Several samples a pixel against the mesh drawn with 16, at leaves."""
+    camera = bench.fit(bench.name)
+    with bench.frames_of(bench.name) as frames:
+        rows = []
+        for across in (1, 2, 4):
+            a = frames.ask(camera, 0, samples_across=across, truth_across=4, runs=bench.runs, compare=True)
+            rows.append({"name": bench.name, "samples": across * across, "median_ms": a["ms"]["median"],
+                         "min_ms": a["ms"]["min"], "psnr_db": a["psnr_db"], "ssim": a["ssim"]})
+    bench.tables.write("samples", "samples a pixel, against 16 samples of the mesh", rows)
+    bench.goals.add("4 samples a pixel against 16 of the mesh", "dB", 42, 44, rows[1]["psnr_db"], True)
+
+
+def frame_row(bench, name, view, kind, threshold, frames, camera, diameter=False):
     """One measured frame, as a row of the tables."""
     is_bounded = kind in BOUNDED_KINDS and name in bench.meshes
-    a = frames.ask(camera, threshold, kind=kind, runs=bench.runs, compare=True, distance=is_bounded)
+    a = frames.ask(camera, threshold, kind=kind, runs=bench.runs, compare=True, distance=is_bounded,
+                   diameter=diameter)
     bound, measured = (a["error_bound_px"], a["measured_error_px"]) if is_bounded else (None, None)
     seconds = a["ms"]["median"] / 1000
     return {"name": name, "view": view, "kind": kind, "threshold_px": threshold, "runs": bench.runs,
@@ -97,6 +122,10 @@ def set_goals(bench, cuts):
     bench.goals.add("fit, 1 px of error, smooth: growth", "1", 0.011, 0.0075, one["growth"])
     bench.goals.add("holes, fit", "px", 0, None, sum(row["holes"] for row in bench.frames))
     bench.goals.add("frame, fit, leaves, smooth", "ms", 8, 4, smooth["median_ms"], best=smooth["min_ms"])
+    for kind, must in (("ellipse", 1.5), ("smooth", 1.8)):
+        bench.goals.add(f"time of {kind} by that of squares, equal cut, worst of two models", "1", must, None,
+                        max(row_of(bench, name, kind, 1)["median_ms"] / row_of(bench, name, "square", 1)["median_ms"]
+                            for name in (bench.name, bench.x16)))
     for psnr, must, stretch in ((35, 8, 4), (40, 25, 12)):
         row = bench.at_psnr[psnr]
         bench.goals.add(f"frame, x16, fit, {psnr} dB", "ms", must, stretch, row and row["median_ms"], best=row and row["min_ms"])

@@ -36,19 +36,24 @@ SECTIONS = [
      "Measured on 1 and 2 threads. Beyond that a model: tasks and tiles as they were timed, each taken by the thread that "
      "is free first; imbalance is what this loses, and the serial part what no thread can share.",
      ["threads"], ["threads"]),
+    ("Frame budgets",
+     "--budget chooses the threshold of each frame so that it is drawn in time: predicted from what a cut would hold, and "
+     "corrected by what frames took. Beside it the original's way, which follows the time of the frame before. The path "
+     "of jumps has the frames of the other three in random order.", [], ["budgets"]),
     ("Back ends", "The same cut drawn by each back end that this machine has, and how far its frames are from the CPU's.",
      [], ["backends"]),
+    ("Samples", "Anti-aliasing: several samples a pixel, held against the mesh drawn with 16.", [], ["samples"]),
     ("Frames", "The fitted view at leaves and at 1 px of error.", [], ["frames"]),
     ("Cuts", "What is read of a model for a view.", [], ["cut"]),
     ("Building", "All stages, from the mesh in the page cache to the model on disk.", ["build"], ["build", "build-stages"]),
     ("The first bytes", "What a prefix of a model draws.", ["prefixes"], ["prefixes"]),
-    ("Whole programs", "From start to end, with writing.", [], ["programs"]),
+    ("Whole programs", "From start to end, with writing.", [], ["programs", "steadiness"]),
     ("Yardsticks", "What the figures stand beside.", [], ["yardsticks", "bandwidth"]),
     ("Stiff and extreme cases",
      "Coordinates, scales, cameras and files that break builders and renderers, each with the bound that its test holds it "
      "to.", [], ["stability"]),
 ]
-OPEN = {"goals", "size", "threads", "backends", "bound-summary", "yardsticks"}  # not folded
+OPEN = {"goals", "size", "threads", "backends", "budgets", "bound-summary", "yardsticks"}  # not folded
 
 
 def write(bench):

@@ -34,8 +34,24 @@ def measure(bench):
         bench.goals.add(f"frames, x16, 35 dB, {name}", "frames/s", must, stretch, count / wall["median"], True, count / wall["min"])
     for picture in pictures.iterdir():
         picture.unlink()
+    measure_steadiness(bench, common)
     rows += single_pictures(bench, pictures / "one.png")
     bench.tables.write("programs", "whole programs", rows)
+
+
+def measure_steadiness(bench, command):
+    """Frames that nobody writes: how much their times vary along the orbit, and the memory beside what is touched."""
+    report = bench.out / "steady.jsonl"
+    cost = run(*command, "--report", report)
+    lines = [json.loads(line) for line in open(report)]
+    times = sorted(line["ms"]["traverse"] + line["ms"]["draw"] for line in lines[len(lines) // 10:])
+    median, late = times[len(times) // 2], times[int(0.95 * (len(times) - 1))]
+    touched = max(line["bytes_touched"] for line in lines)
+    bench.tables.write("steadiness", "times of the frames along an orbit of x16, nothing written", [
+        {"frames": len(lines), "median_ms": median, "p95_ms": late, "p95_by_median": late / median, "rss_bytes": cost.rss_bytes,
+         "bytes_touched": touched}])
+    bench.goals.add("frame times along an orbit of x16: 95th percentile by median", "1", 1.2, None, late / median)
+    bench.goals.add("memory of a render of x16 beyond the bytes touched", "MB", 60, None, (cost.rss_bytes - touched) / 1e6)
 
 
 def path_psnr(bench, cameras, threshold):

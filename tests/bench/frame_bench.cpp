@@ -213,7 +213,7 @@ Json parts_of(const Case& c, const splat::Model& model) {
     for (int run = 0; run <= kWarmUp; ++run) {
         core::Stopwatch watch;
         const size_t tasks = cut.begin(c.view, c.draw.cut);
-        splatter.begin(c.view, {c.draw.kind, c.draw.shade, false, c.draw.background, model.header().scale},
+        splatter.begin(c.view, {.kind = c.draw.kind, .look = c.draw.look, .depth_unit = model.header().scale},
                        tasks);
         parts["begin_ms"] = watch.lap_ms();
         std::vector<double> tasks_ms;

@@ -6,7 +6,7 @@ unset key
 set xlabel 'vertices'
 set multiplot layout 1,2
 set title 'A frame of the same PSNR: ms'
-set yrange [*<1:*>10]
+set yrange [*<1:10<*]
 plot folder.'/size.csv' skip 1 using 2:7 with linespoints pointtype 7
 set title 'Bytes: of the file, and touched by the frame'
 set key top left
