@@ -16,8 +16,9 @@ echo "exit $?"
 cmp good-1.ppm 1.ppm && cmp good-2.ppm 4.ppm && cmp good-3.ppm 5.ppm && echo "the others are as without it"
 
 # A stream goes on; its rate is that of the cameras that are right.
-draw --path path.jsonl -o - --keep-going 2> said | grep -ac FRAME
-draw --path path.jsonl -o - --keep-going 2> said | head -n 1
+draw --path path.jsonl -o - --keep-going 2> said > stream
+grep -ac FRAME stream
+head -n 1 stream
 grep -c . said
 # Only wrong cameras.
 echo '{}' | draw --path - -o "none-%d.ppm" --keep-going
