@@ -53,6 +53,10 @@ constexpr Word<scene::BackendKind> kBackendWords[] = {{"cpu", scene::BackendKind
                                                       {"egl", scene::BackendKind::egl},
                                                       {"auto", scene::BackendKind::automatic}};
 
+// An empty word is a variable that was not set, or a slip: not as if nothing had been said.
+const CLI::Validator kNotEmpty(
+    [](const std::string& word) { return std::string(word.empty() ? "is empty" : ""); }, "");
+
 constexpr Word<int> kSampleWords[] = {{"1", 1}, {"4", 2}, {"16", 4}};  // each way
 
 // "R,G,B", "#rrggbb", "#rrggbbaa" or "none".
@@ -98,19 +102,26 @@ void add_options(core::Program& program, Arguments& a) {
                "Splat models, whole or prefixes; - is standard input; FILE@X,Y,Z moves one, see the manual")
             ->required();
     app.add_option("-o,--output", a.output, "Pictures: frame-%04d.png, one file, or - for a stream")
+        ->check(kNotEmpty)
         ->type_name("NAME");
     app.add_option("--format", a.format, "png, ppm, y4m or rgb (default: by the extension, y4m for -)")
+        ->check(kNotEmpty)
         ->type_name("WORD");
     program.add_number("--fps", a.fps, 0.001, 1000, "",
                        "Frames a second, for y4m (default: from the path's times)");
-    app.add_option("--depth", a.depth, "Depths as PFM: depth-%04d.pfm, one file, or -")->type_name("NAME");
+    app.add_option("--depth", a.depth, "Depths as PFM: depth-%04d.pfm, one file, or -")
+        ->check(kNotEmpty)
+        ->type_name("NAME");
     app.add_option("--path", a.path, "Camera path, one frame a line; - for standard input")
+        ->check(kNotEmpty)
         ->type_name("FILE");
     a.camera.add_to(program);
     app.add_option("--frames", a.frames, "Draw only these of the path: from A up to, not including, B")
+        ->check(kNotEmpty)
         ->type_name("A:B");
     program.add_numbers("--resolution", a.resolution, "W,H", "Size of the picture, 1 to 16384 pixels each");
     app.add_option("--tile", a.tile, "Draw column X, row Y of the picture cut into NX x NY tiles")
+        ->check(kNotEmpty)
         ->type_name("X,Y/NX,NY");
     app.add_flag("--stereo", a.is_stereo,
                  "Draw for two eyes, side by side, or into two files: %s in the name");
@@ -147,6 +158,7 @@ void add_options(core::Program& program, Arguments& a) {
     app.add_flag("--keep-going", a.keep_going,
                  "Skip frames that cannot be drawn, and exit with 1 at the end");
     app.add_option("--reference", a.reference, "Measure each frame against this mesh, for --report")
+        ->check(kNotEmpty)
         ->type_name("MESH");
 }
 
@@ -163,7 +175,11 @@ scene::DrawOptions draw_options(const Arguments& a) {
     draw.look.background = glm::u8vec3(background);
     draw.look.background_alpha = background.a;
     draw.look.samples_across = value_of("--samples", a.samples, kSampleWords);
-    if (!std::isnan(a.key_light[0])) draw.look.key_light = {a.key_light[0], a.key_light[1], a.key_light[2]};
+    if (!std::isnan(a.key_light[0])) {
+        const glm::dvec3 light{a.key_light[0], a.key_light[1], a.key_light[2]};
+        const double size = std::max({std::fabs(light.x), std::fabs(light.y), std::fabs(light.z)});
+        draw.look.key_light = size > 0 ? light / size : light;  // its square is in range
+    }
     draw.occlusion = value_of("--occlusion", a.occlusion, kOcclusionWords);
     return draw;
 }

@@ -24,6 +24,20 @@ std::unique_ptr<scene::Reference> reference_of(const Arguments& a, const Models&
     return reference;
 }
 
+// Why a frame cannot be drawn, as opposed to written.
+struct Undrawable : core::Error {
+    using core::Error::Error;
+};
+
+template <class Draw>
+auto or_undrawable(const Draw& draw) {
+    try {
+        return draw();
+    } catch (const core::Error& error) {
+        throw Undrawable(error.what());
+    }
+}
+
 }  // namespace
 
 void check_occlusion(const scene::DrawOptions& draw, const scene::ModelPainter& painter,
@@ -50,8 +64,8 @@ Film::Film(const Arguments& arguments, const scene::DrawOptions& options, const 
 
 void Film::take(int number, const geom::PathFrame& shot) {
     try {
-        if (!shot.fault.empty()) throw core::Error(shot.fault);
-        for (const auto& [eye, view] : scene::views_of(shot.camera, screen_)) {
+        if (!shot.fault.empty()) throw Undrawable(shot.fault);
+        for (const auto& [eye, view] : or_undrawable([&] { return scene::views_of(shot.camera, screen_); })) {
             scene::FrameReport line;
             line.frame = number;
             line.eye = eye;
@@ -60,7 +74,7 @@ void Film::take(int number, const geom::PathFrame& shot) {
             line.cut = options_.cut;
             take_view(view, std::move(line));
         }
-    } catch (const core::Error& error) {
+    } catch (const Undrawable& error) {
         if (!a_.keep_going) throw;
         core::fail(text("frame %d: %s", number, error.what()));
         report_.write(scene::to_json_of_failure(number, error.what()));
@@ -74,7 +88,7 @@ void Film::take_view(const geom::View& view, scene::FrameReport line) {
     for (int refinement = 0; threshold_px; ++refinement) {
         line.cut.threshold_px = *threshold_px;
         line.write_ms = 0;
-        draw(view, refinement == 0, line);
+        or_undrawable([&] { draw(view, refinement == 0, line); });
         threshold_px.reset();
         if (a_.refine)
             threshold_px =

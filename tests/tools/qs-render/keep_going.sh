@@ -24,6 +24,12 @@ grep -c . said
 echo '{}' | draw --path - -o "none-%d.ppm" --keep-going
 echo "exit $?"
 
+# What cannot be written ends the run, and is not taken for frames that cannot be drawn.
+mkdir -p folder/2.ppm
+draw --path good.jsonl -o "folder/%d.ppm" --keep-going > said 2>&1
+echo "exit $?"
+grep -c 'is a directory' said
+
 # A damaged block: frames that do not need it are drawn.
 size=$(stat -c %s model.qs)
 printf x | dd of=model.qs bs=1 seek=$((size - 900)) conv=notrunc status=none
