@@ -23,8 +23,8 @@ class Bench:
         self.build_folder = pathlib.Path(options.build).resolve() if options.build else self.make_release()
         self.tables = Tables(self.out)
         self.size = [320, 180] if self.quick else [1280, 720]
-        self.runs = 3 if self.quick else 31       # of a frame
-        self.slow_runs = 2 if self.quick else 11  # of a program
+        self.runs = 3 if self.quick else 21      # of a frame
+        self.slow_runs = 2 if self.quick else 7  # of a program
         self.goals = Goals()
         self.bounds = {}     # of models: centre and radius
         self.at_psnr = {}    # rows of frames of x16, by PSNR

@@ -14,7 +14,7 @@ def measure(bench):
         for path in ("orbit", "dolly", "walk"):
             cameras = bench.out / f"{path}.jsonl"
             up = "z" if name == "ct-head" else "y"
-            run(bench.program("qs-path"), path, bench.model(name), "--frames", 4 if bench.quick else 12, "--up", up, "-o", cameras)
+            run(bench.program("qs-path"), path, bench.model(name), "--frames", 4 if bench.quick else 8, "--up", up, "-o", cameras)
             for threshold in (0, 0.5, 1, 2, 4, 8):
                 report = bench.out / "bound.jsonl"
                 run(bench.program("qs-render"), bench.model(name), "--path", cameras, "--threshold", threshold, "--resolution",
