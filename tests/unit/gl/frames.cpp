@@ -5,14 +5,23 @@
 #include <limits>
 
 #include "core/error.h"
+#include "gl/library.h"
 
 namespace gl_test {
 
 std::unique_ptr<gl::Device> open(const std::string& context, std::string& reason) {
+    const bool is_osmesa = context == "osmesa";
     try {
-        if (context == "osmesa") return std::make_unique<gl::Device>(gl::make_osmesa_context());
-        return std::make_unique<gl::Device>(
-            gl::make_egl_context(context == "egl" ? gl::EglPlatform::device : gl::EglPlatform::surfaceless));
+        const gl::Library library(is_osmesa ? "libOSMesa.so.8" : "libEGL.so.1", "its package");
+    } catch (const core::Error& error) {
+        reason = error.what();
+        return nullptr;
+    }
+    // What is installed is to work, but that not every EGL knows Mesa's platform.
+    if (is_osmesa) return std::make_unique<gl::Device>(gl::make_osmesa_context());
+    if (context == "egl") return std::make_unique<gl::Device>(gl::make_egl_context(gl::EglPlatform::device));
+    try {
+        return std::make_unique<gl::Device>(gl::make_egl_context(gl::EglPlatform::surfaceless));
     } catch (const core::Error& error) {
         reason = error.what();
         return nullptr;

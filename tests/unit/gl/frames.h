@@ -17,7 +17,9 @@ inline const char* const kContexts[] = {"osmesa", "egl", "surfaceless"};
 // Where there is no graphics processor, the last two draw with the same driver.
 inline const char* const kDrawingContexts[] = {"osmesa", "egl"};
 
-// Null, and the reason, where the machine has none of that name.
+// Null, and the reason, where the machine has not the library of that name, or its EGL does not know the
+// platform. Throws core::Error where the library is there and does not work: that is no reason to skip a
+// test.
 std::unique_ptr<gl::Device> open(const std::string& context, std::string& reason);
 
 struct Difference {

@@ -12,21 +12,6 @@
 using namespace splat_test;
 using namespace scene_test;
 
-namespace {
-
-struct Drawn {
-    render::Frame frame;
-    scene::DrawReport report;
-};
-
-Drawn draw(const splat::Model& model, const geom::View& view, const scene::DrawOptions& options) {
-    Drawn drawn;
-    drawn.report = scene::ModelPainter(model).draw(view, options, drawn.frame);
-    return drawn;
-}
-
-}  // namespace
-
 TEST(ModelPainter, DrawsTheSameFrameWithAnyNumberOfThreads) {
     const mesh::Mesh mesh = bumpy_torus(60, 160, true);
     const splat::Model model = build_model(mesh);
@@ -38,16 +23,11 @@ TEST(ModelPainter, DrawsTheSameFrameWithAnyNumberOfThreads) {
             scene::DrawOptions options;
             options.kind = kind;
             core::set_thread_count(1);
-            const Drawn one = draw(model, view, options);
+            const Drawn one = draw({{&model}}, view, options);
             for (const int threads : {2, 16}) {
                 core::set_thread_count(threads);
-                const Drawn many = draw(model, view, options);
-                EXPECT_EQ(one.frame.rgb, many.frame.rgb);
-                EXPECT_EQ(one.frame.depth, many.frame.depth);
-                EXPECT_EQ(one.report.counts.splats, many.report.counts.splats);
-                EXPECT_EQ(one.report.counts.nodes_visited, many.report.counts.nodes_visited);
-                EXPECT_EQ(one.report.counts.blocks_touched, many.report.counts.blocks_touched);
-                EXPECT_EQ(one.report.counts.error_bound_px, many.report.counts.error_bound_px);
+                const Drawn many = draw({{&model}}, view, options);
+                expect_same(one, many);
             }
         }
     core::set_thread_count(0);
@@ -60,7 +40,7 @@ TEST(ModelPainter, DrawsTheNextFrameAsIfItWereTheFirst) {
     render::Frame frame;
     for (const geom::View& view : random_views(model, mesh, 8)) {
         const scene::DrawReport report = painter.draw(view, {}, frame);
-        const Drawn fresh = draw(model, view, {});
+        const Drawn fresh = draw({{&model}}, view, {});
         EXPECT_EQ(frame.rgb, fresh.frame.rgb);
         EXPECT_EQ(frame.depth, fresh.frame.depth);
         EXPECT_EQ(report.counts.blocks_touched, fresh.report.counts.blocks_touched);
@@ -71,7 +51,7 @@ TEST(ModelPainter, GivesDepthsInWorldUnits) {
     for (const double scale : {1e-25, 1.0, 1e6}) {
         const splat::Model model = build_model(scaled(icosphere(4), scale));
         const geom::View view = fitted_view(model);
-        const Drawn drawn = draw(model, view, {});
+        const Drawn drawn = draw({{&model}}, view, {});
         const float middle = drawn.frame.depth[size_t(view.height / 2 * view.width + view.width / 2)];
         const double distance = glm::length(view.eye - model.header().origin);
         EXPECT_NEAR(double(middle), distance - scale, 0.02 * scale);
@@ -87,12 +67,12 @@ TEST(ModelPainter, DrawsOnlyBetweenNearAndFar) {
     const double middle = glm::dot(model.header().origin - whole.eye, whole.forward);
     const double reach = model.header().scale;
     scene::Reference reference(mesh, "torus", true);
-    const Drawn all = draw(model, whole, {});
+    const Drawn all = draw({{&model}}, whole, {});
     const std::pair<double, double> limits[] = {{-0.1, 2}, {0, 0.3}, {0.2, 2}, {-2, 0}, {-2, 2}};
     for (const auto& [from, to] : limits) {
         geom::View view = whole;
         view.near = middle + from * reach, view.far = middle + to * reach;
-        const Drawn some = draw(model, view, {});
+        const Drawn some = draw({{&model}}, view, {});
         for (const float depth : some.frame.depth) {
             if (!std::isfinite(depth)) continue;
             EXPECT_GT(double(depth), *view.near * (1 - 1e-6));
@@ -115,7 +95,7 @@ TEST(ModelPainter, BoundsTheErrorBesideTheEyeWhereNearKeepsItOff) {
     scene::Reference reference(mesh, "torus", true);
     for (geom::View view : close_views(model, mesh, 20)) {
         view.near = 0.05 * model.header().scale;
-        const Drawn drawn = draw(model, view, {});
+        const Drawn drawn = draw({{&model}}, view, {});
         EXPECT_TRUE(std::isfinite(drawn.report.counts.error_bound_px));
         const scene::ReferenceMeasures m =
             reference.measure(view, {}, drawn.frame);
@@ -128,7 +108,7 @@ TEST(ModelPainter, PromisesNoBoundForSplatsThatLeaveTheirEllipsoids) {
     scene::DrawOptions options;
     for (const render::SplatKind kind : {render::SplatKind::square, render::SplatKind::circle}) {
         options.kind = kind;
-        EXPECT_TRUE(std::isinf(draw(model, fitted_view(model), options).report.counts.error_bound_px));
+        EXPECT_TRUE(std::isinf(draw({{&model}}, fitted_view(model), options).report.counts.error_bound_px));
     }
 }
 
@@ -138,13 +118,13 @@ TEST(ModelPainter, DrawsMoreWhereMoreIsAsked) {
     uint64_t last = 0;
     for (const double threshold_px : {16.0, 4.0, 1.0}) {
         options.cut.threshold_px = threshold_px;
-        const uint64_t splats = draw(model, fitted_view(model), options).report.counts.splats;
+        const uint64_t splats = draw({{&model}}, fitted_view(model), options).report.counts.splats;
         EXPECT_GT(splats, last) << threshold_px;
         last = splats;
     }
     options.cut.threshold_px = 0;
     options.cut.cull_backfaces = false;
-    const Drawn all = draw(model, fitted_view(model), options);
+    const Drawn all = draw({{&model}}, fitted_view(model), options);
     EXPECT_EQ(all.report.counts.splats, model.header().leaf_count);
     EXPECT_EQ(all.report.counts.backface_culled, 0u);
 }

@@ -71,11 +71,6 @@ std::vector<geom::View> views_of(const splat::Model& model, const mesh::Mesh& me
     return views;
 }
 
-struct Drawn {
-    render::Frame frame;
-    scene::DrawReport report;
-};
-
 Drawn draw(scene::ModelPainter& painter, const geom::View& view, scene::DrawOptions options,
            scene::Occlusion occlusion) {
     Drawn drawn;
@@ -207,11 +202,7 @@ TEST(Occlusion, CountsTheSameWithAnyNumberOfThreads) {
         const Drawn one = draw(painter, view, {}, scene::Occlusion::on);
         core::set_thread_count(16);
         const Drawn many = draw(painter, view, {}, scene::Occlusion::on);
-        EXPECT_EQ(one.frame.rgb, many.frame.rgb);
-        EXPECT_EQ(one.report.counts.splats, many.report.counts.splats);
-        EXPECT_EQ(one.report.counts.nodes_visited, many.report.counts.nodes_visited);
-        EXPECT_EQ(one.report.counts.occlusion_culled, many.report.counts.occlusion_culled);
-        EXPECT_EQ(one.report.counts.blocks_touched, many.report.counts.blocks_touched);
+        expect_same(one, many);
     }
     core::set_thread_count(0);
 }

@@ -16,18 +16,6 @@ using namespace scene_test;
 
 namespace {
 
-struct Drawn {
-    render::Frame frame;
-    scene::DrawReport report;
-};
-
-Drawn draw(const std::vector<scene::PlacedModel>& models, const geom::View& view,
-           const scene::DrawOptions& options = {}) {
-    Drawn drawn;
-    drawn.report = scene::ModelPainter(models).draw(view, options, drawn.frame);
-    return drawn;
-}
-
 geom::View view_of(const std::vector<scene::PlacedModel>& models) {
     return geom::make_view(geom::orbit(scene::bounds_of(models), {.frames = 1, .aspect = 4.0 / 3}).front(),
                            320, 240);
@@ -150,9 +138,7 @@ TEST(SeveralModels, DrawTheSameFrameWithAnyNumberOfThreads) {
     core::set_thread_count(16);
     const Drawn many = draw(all, view);
     core::set_thread_count(0);
-    EXPECT_EQ(one.frame.rgb, many.frame.rgb);
-    EXPECT_EQ(one.frame.depth, many.frame.depth);
-    EXPECT_EQ(one.report.counts.splats, many.report.counts.splats);
+    expect_same(one, many);
 }
 
 TEST(SeveralModels, HideEachOther) {

@@ -1,5 +1,7 @@
 #include "views.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 
 #include "geom/path.h"
@@ -62,6 +64,24 @@ std::vector<geom::View> close_views(const splat::Model& model, const mesh::Mesh&
         views.push_back(view_from(point.at + height * point.normal, point.at + 0.5 * aside, 40));
     }
     return views;
+}
+
+Drawn draw(const std::vector<scene::PlacedModel>& models, const geom::View& view,
+           const scene::DrawOptions& options) {
+    Drawn drawn;
+    drawn.report = scene::ModelPainter(models).draw(view, options, drawn.frame);
+    return drawn;
+}
+
+void expect_same(const Drawn& a, const Drawn& b) {
+    EXPECT_EQ(a.frame.rgb, b.frame.rgb);
+    EXPECT_EQ(a.frame.depth, b.frame.depth);
+    const splat::CutCounts &of_a = a.report.counts, &of_b = b.report.counts;
+    EXPECT_EQ(of_a.splats, of_b.splats);
+    EXPECT_EQ(of_a.nodes_visited, of_b.nodes_visited);
+    EXPECT_EQ(of_a.occlusion_culled, of_b.occlusion_culled);
+    EXPECT_EQ(of_a.blocks_touched, of_b.blocks_touched);
+    EXPECT_EQ(of_a.error_bound_px, of_b.error_bound_px);
 }
 
 }  // namespace scene_test

@@ -1,4 +1,4 @@
-// Views for the tests of drawing.
+// Views for the tests of drawing, and what is drawn of them.
 #pragma once
 
 #include <vector>
@@ -6,6 +6,7 @@
 #include "geom/camera.h"
 #include "geom/sphere.h"
 #include "mesh/mesh.h"
+#include "scene/draw.h"
 #include "splat/model.h"
 
 namespace scene_test {
@@ -19,5 +20,16 @@ std::vector<geom::View> random_views(const splat::Model& model, const mesh::Mesh
 
 // From just before random points of the surface, along their normals, at 1e-3 to 0.3 radii of the model.
 std::vector<geom::View> close_views(const splat::Model& model, const mesh::Mesh& mesh, int count);
+
+struct Drawn {
+    render::Frame frame;
+    scene::DrawReport report;
+};
+
+Drawn draw(const std::vector<scene::PlacedModel>& models, const geom::View& view,
+           const scene::DrawOptions& options = {});
+
+// The same picture, and the same work for it.
+void expect_same(const Drawn& a, const Drawn& b);
 
 }  // namespace scene_test
