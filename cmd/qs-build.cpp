@@ -8,6 +8,7 @@
 #include "mesh/mesh.h"
 #include "splat/build.h"
 #include "splat/info.h"
+#include "splat/qsplat_writer.h"
 
 namespace {
 
@@ -68,17 +69,50 @@ void warn_of_drops(const std::string& input, const std::map<std::string, uint64_
         core::warn(core::text("%s: %llu %s dropped: %s", input.c_str(), static_cast<unsigned long long>(count), what, reason.c_str()));
 }
 
+// A model for the original QSplat program.
+void write_qsplat(mesh::ReadResult&& read, const std::string& input, core::OutputFile& out, double read_ms, core::Report& report) {
+    core::Stopwatch watch;
+    const mesh::ReadCounts& counts = read.counts;
+    const splat::QsplatReport r = splat::write_qsplat(std::move(read.mesh), input, out);
+    out.commit();
+    core::Json json;
+    json["input"] = input;
+    json["format"] = counts.format;
+    json["vertices_in"] = counts.vertices_in;
+    json["faces_in"] = counts.faces_in;
+    json["triangles_in"] = counts.triangles_in;
+    auto dropped = counts.vertices_dropped;
+    if (r.unreferenced) dropped["unreferenced"] += r.unreferenced;
+    json["vertices_dropped"] = to_json(dropped);
+    json["triangles_dropped"] = to_json(counts.triangles_dropped);
+    json["leaves"] = r.leaves;
+    json["nodes"] = r.nodes;
+    json["levels"] = r.levels;
+    json["file_bytes"] = r.file_bytes;
+    json["bytes_per_vertex"] = double(r.file_bytes) / double(std::max<uint64_t>(counts.vertices_in, 1));
+    json["leaf_inflation_mean"] = r.leaf_inflation_mean;
+    json["leaf_inflation_max"] = r.leaf_inflation_max;
+    json["ms"] = {{"read", read_ms}, {"write", watch.lap_ms()}};
+    warn_of_drops(input, dropped, "vertices");
+    warn_of_drops(input, counts.triangles_dropped, "triangles");
+    report.write(json);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     core::Program program("qs-build", "Turn a mesh or a point cloud into a multiresolution splat model.", QS_VERSION);
-    std::string input, output;
+    std::string input, output, format = "qs";
     mesh::ReadOptions read_options;
     splat::BuildOptions build_options;
     uint64_t block_size = build_options.block_size;
     bool no_colour = false;
-    program.options.add_option("INPUT", input, "PLY, OBJ, OFF, STL or Draco file; - is a PLY on standard input")->required();
+    program.options.add_option("INPUT", input, "PLY, OBJ, OFF, STL, Draco or QSplat file; - is a PLY on standard input")->required();
     program.options.add_option("-o,--output", output, "Model to write; - is standard output")->required();
+    program.options.add_option("--format", format, "qs, or qsplat11 for the original QSplat program")
+        ->check(CLI::IsMember({"qs", "qsplat11"}))
+        ->type_name("FORMAT")
+        ->capture_default_str();
     program.add_size("--block-size", block_size, "Bytes a block, a power of two from 1K to 64K");
     program.add_size("--memory", build_options.memory_limit, "Refuse what would need more memory than this; 0 is no limit");
     program.options.add_flag("--skip-bad", read_options.skip_bad, "Drop vertices that are not finite, and their faces");
@@ -88,6 +122,9 @@ int main(int argc, char** argv) {
         if (block_size < splat::kMinBlockSize || block_size > splat::kMaxBlockSize || !std::has_single_bit(block_size))
             throw core::UsageError(core::text("--block-size: %llu is not a power of two from 1K to 64K",
                                               static_cast<unsigned long long>(block_size)));
+        const bool is_for_qsplat = format == "qsplat11";
+        if (is_for_qsplat && (block_size != build_options.block_size || build_options.memory_limit > 0))
+            throw core::UsageError("--format qsplat11: has no blocks and keeps to no --memory");
         if (core::same_file(input, output)) throw core::UsageError(output + ": is input and output at once");
         build_options.block_size = uint32_t(block_size);
         build_options.keep_colour = !no_colour;
@@ -96,6 +133,11 @@ int main(int argc, char** argv) {
         core::Stopwatch watch;
         mesh::ReadResult read = mesh::read_mesh(input, read_options);
         const double read_ms = watch.lap_ms();
+        if (is_for_qsplat) {
+            if (no_colour) read.mesh.colours.clear();
+            write_qsplat(std::move(read), input, out, read_ms, report);
+            return report.commit();
+        }
         const splat::BuildReport built = splat::build(std::move(read.mesh), build_options, out, input);
         out.commit();
         warn_of_drops(input, read.counts.vertices_dropped, "vertices");

@@ -5,6 +5,7 @@
 #include "core/program.h"
 #include "splat/extract.h"
 #include "splat/info.h"
+#include "splat/qsplat_info.h"
 #include "splat/verify.h"
 
 namespace {
@@ -21,8 +22,26 @@ core::Json to_json(const std::string& name, const splat::VerifyCounts& counts) {
             {"nodes", counts.nodes}, {"leaves", counts.leaves}, {"level_count", counts.levels}};
 }
 
-std::string verify(const std::string& path, const Options& o, core::Report& report) {
-    core::InputFile file(path);
+bool is_qsplat(const core::InputFile& file) {
+    return mesh::is_qsplat({file.bytes(), file.name()});
+}
+
+// Reading all of such a file is all there is to verify: it has no checksums.
+std::string inspect_qsplat(const core::InputFile& file, const Options& o, core::Report& report) {
+    const splat::QsplatInfo info = splat::read_qsplat_info(file);
+    core::Json json = splat::to_json(info);
+    if (o.verify)
+        json = {{"file", info.name}, {"is_whole", true}, {"nodes", info.nodes}, {"leaves", info.leaves},
+                {"level_count", info.levels.size() - 1}};
+    report.write(json);
+    if (o.json) return json.dump() + "\n";
+    if (!o.verify) return splat::to_text(info);
+    return info.name + core::text(": whole, without checksums: %llu nodes, %llu leaves, %zu levels\n",
+                                  static_cast<unsigned long long>(info.nodes), static_cast<unsigned long long>(info.leaves),
+                                  info.levels.size() - 1);
+}
+
+std::string verify(core::InputFile file, const Options& o, core::Report& report) {
     const std::string name = file.name();
     const splat::VerifyCounts c = splat::verify(std::move(file));
     const core::Json json = to_json(name, c);
@@ -33,22 +52,34 @@ std::string verify(const std::string& path, const Options& o, core::Report& repo
                              number(c.nodes), number(c.leaves), c.levels);
 }
 
-std::string describe(const std::string& path, const Options& o, core::Report& report) {
-    const splat::Info info = splat::read_info(splat::Model(path));
+std::string describe(core::InputFile file, const Options& o, core::Report& report) {
+    const splat::Info info = splat::read_info(splat::Model(std::move(file)));
     const core::Json json = splat::to_json(info);
     report.write(json);
     return o.json ? json.dump() + "\n" : splat::to_text(info);
+}
+
+std::string inspect(const std::string& path, const Options& o, core::Report& report) {
+    core::InputFile file(path);
+    if (is_qsplat(file)) return inspect_qsplat(file, o, report);
+    return o.verify ? verify(std::move(file), o, report) : describe(std::move(file), o, report);
+}
+
+uint64_t write_cut(core::InputFile file, uint32_t level, core::OutputFile& out) {
+    if (is_qsplat(file)) return splat::write_qsplat_cut(file, level, out);
+    return splat::write_cut(splat::Model(std::move(file)), level, out);
 }
 
 void cut(const std::string& path, const Options& o, core::Report& report) {
     core::refuse_binary_to_terminal(!o.output.empty());
     const std::string output = o.output.empty() ? "-" : o.output;
     if (core::same_file(path, output)) throw core::UsageError(output + ": is input and output at once");
-    const splat::Model model(path);
+    core::InputFile file(path);
+    const std::string name = file.name();
     core::OutputFile out(output);
-    const uint64_t points = splat::write_cut(model, uint32_t(o.level), out);
+    const uint64_t points = write_cut(std::move(file), uint32_t(o.level), out);
     out.commit();
-    report.write({{"file", model.name()}, {"level", o.level}, {"points", points}});
+    report.write({{"file", name}, {"level", o.level}, {"points", points}});
 }
 
 // A model that fails is reported and left out.
@@ -56,7 +87,7 @@ void inspect_all(const Options& o, core::Report& report) {
     bool has_printed = false;
     for (const std::string& path : o.models) {
         try {
-            const std::string text = o.verify ? verify(path, o, report) : describe(path, o, report);
+            const std::string text = inspect(path, o, report);
             const bool are_apart = has_printed && !o.json && !o.verify;
             core::print(are_apart ? "\n" + text : text);
             has_printed = true;

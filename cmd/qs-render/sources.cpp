@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "scene/model_file.h"
 
 namespace qs_render {
 
@@ -56,7 +57,7 @@ Models::Models(const std::vector<Source>& sources) {
     std::map<std::string, const splat::Model*> by_name;
     for (const Source& source : sources) {
         const splat::Model*& model = by_name[source.file];
-        if (!model) model = &models_.emplace_back(source.file);
+        if (!model) model = &models_.emplace_back(scene::open_model_file(source.file));
         placed_.push_back({model, source.world_from_model});
     }
 }

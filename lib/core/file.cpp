@@ -239,15 +239,20 @@ struct InputFile::State {
     }
 };
 
+namespace {
+
+// -1 with errno set where there is no such file.
+int open_input(const std::string& path) {
+    return path == "-" ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+}
+
+}  // namespace
+
 InputFile::InputFile(const std::string& path)
-    : state_(std::make_unique<State>()), name_(path == "-" ? "standard input" : path) {
-    Descriptor opened;
-    int fd = STDIN_FILENO;
-    if (path != "-") {
-        opened.reset(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-        if (opened.get() < 0) fail_with_reason(name_, "cannot open");
-        fd = opened.get();
-    }
+    : InputFile(Descriptor(open_input(path)).get(), path == "-" ? "standard input" : path) {}
+
+InputFile::InputFile(int fd, std::string name) : state_(std::make_unique<State>()), name_(std::move(name)) {
+    if (fd < 0) fail_with_reason(name_, "cannot open");
     struct stat status = {};
     if (::fstat(fd, &status) != 0) fail_with_reason(name_, "cannot read");
     if (S_ISDIR(status.st_mode)) throw Error(name_ + ": is a directory");
@@ -325,6 +330,11 @@ OutputFile::OutputFile(const std::string& path)
     if (state_->fd.get() < 0) fail_with_reason(name_, "cannot create a file there");
 }
 
+OutputFile::OutputFile(const InMemory& file) : state_(std::make_unique<State>()), name_(file.name) {
+    state_->fd.reset(::memfd_create("qs-tools", MFD_CLOEXEC));
+    if (state_->fd.get() < 0) fail_with_reason(name_, "cannot be held in memory");
+}
+
 OutputFile::~OutputFile() {
     if (!state_->target.empty() && !state_->committed) state_->temporary.remove();
 }
@@ -365,6 +375,13 @@ void OutputFile::commit() {
         fail_with_reason(name_, "cannot rename the finished file");
     }
     state_->committed = true;
+}
+
+InputFile OutputFile::read_back() {
+    write_all(state_->fd.get(), state_->buffer, name_);
+    state_->buffer.clear();
+    if (::lseek(state_->fd.get(), 0, SEEK_SET) != 0) fail_with_reason(name_, "cannot read");
+    return InputFile(state_->fd.get(), name_);
 }
 
 void write_standard_output(std::string_view data, bool flush) {

@@ -29,6 +29,9 @@ class InputFile {
     void forget(size_t begin, size_t end) const;
 
   private:
+    friend class OutputFile;
+    InputFile(int fd, std::string name);
+
     struct State;
     std::unique_ptr<State> state_;
     std::span<const std::byte> bytes_;
@@ -48,6 +51,11 @@ struct ClosedPipe {};
 class OutputFile {
   public:
     explicit OutputFile(const std::string& path);
+    // A file in memory that nobody else sees, to be read back; `name` is for messages.
+    struct InMemory {
+        std::string name;
+    };
+    explicit OutputFile(const InMemory& file);
     ~OutputFile();
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
@@ -56,6 +64,8 @@ class OutputFile {
     void write(std::string_view data);
     void write(const void* data, size_t size) { write({static_cast<const std::byte*>(data), size}); }
     void commit();
+    // What was written to a file in memory, instead of commit().
+    InputFile read_back();
     const std::string& name() const { return name_; }
 
   private:

@@ -10,6 +10,7 @@
 #include "mesh/obj.h"
 #include "mesh/off.h"
 #include "mesh/ply.h"
+#include "mesh/qsplat.h"
 #include "mesh/reader.h"
 #include "mesh/stl.h"
 #include "mesh/text.h"
@@ -35,6 +36,7 @@ ReadResult read_source(const Source& source, const ReadOptions& options) {
     if (text.empty()) throw core::Error(source.name + ": the file is empty");
     if (text.starts_with("ply")) return read_ply(source, options);
     if (text.starts_with("DRACO")) return read_draco(source, options);
+    if (is_qsplat(source)) return read_qsplat(source, options);
     if (is_off_keyword(first_word(source))) return read_off(source, options);
     // A binary STL may begin with anything.
     if (is_binary_stl(source)) return read_stl(source, options);
@@ -44,7 +46,7 @@ ReadResult read_source(const Source& source, const ReadOptions& options) {
     if (has_extension(source, ".off")) return read_off(source, options);
     if (has_extension(source, ".stl") || text.starts_with("solid")) return read_stl(source, options);
     if (is_obj_keyword(first_word(source))) return read_obj(source, options);
-    throw core::Error(source.name + ": header: neither PLY, OBJ, OFF, STL nor Draco");
+    throw core::Error(source.name + ": header: neither PLY, OBJ, OFF, STL, Draco nor QSplat");
 }
 
 template <class T>
@@ -77,13 +79,14 @@ std::string to_ply(const Mesh& mesh) {
     append_properties(out, is_double ? "double" : "float", "x", "y", "z");
     if (!mesh.normals.empty()) append_properties(out, "float", "nx", "ny", "nz");
     if (!mesh.colours.empty()) append_properties(out, "uchar", "red", "green", "blue");
+    if (!mesh.radii.empty()) out += "property float radius\n";
     if (!mesh.is_cloud())
         out +=
             core::text("element face %zu\nproperty list uchar uint vertex_indices\n", mesh.triangles.size());
     out += "end_header\n";
 
     const size_t vertex_bytes =
-        (is_double ? 24 : 12) + (mesh.normals.empty() ? 0 : 12) + (mesh.colours.empty() ? 0 : 3);
+        (is_double ? 24 : 12) + (mesh.normals.empty() ? 0 : 12) + (mesh.colours.empty() ? 0 : 3) + (mesh.radii.empty() ? 0 : 4);
     out.reserve(out.size() + mesh.positions.size() * vertex_bytes + mesh.triangles.size() * 13);
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
         if (is_double)
@@ -92,6 +95,7 @@ std::string to_ply(const Mesh& mesh) {
             append(out, mesh.positions[v]);
         if (!mesh.normals.empty()) append(out, mesh.normals[v]);
         if (!mesh.colours.empty()) append(out, mesh.colours[v]);
+        if (!mesh.radii.empty()) append(out, mesh.radii[v]);
     }
     for (const glm::u32vec3& t : mesh.triangles) {
         out += '\3';

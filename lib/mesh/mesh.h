@@ -19,6 +19,7 @@ struct Mesh {
     std::vector<glm::vec3> positions;     // finite, all of them
     std::vector<glm::vec3> normals;       // empty, or one a vertex: unit length or zero (unknown)
     std::vector<glm::u8vec3> colours;     // empty, or one a vertex: sRGB bytes as in the file
+    std::vector<float> radii;             // of a cloud: empty, or one a point: of the disc it stands for
     std::vector<glm::u32vec3> triangles;  // vertex indices, all in range; empty: bare points
 
     bool is_cloud() const { return triangles.empty(); }
@@ -43,7 +44,8 @@ struct ReadResult {
     ReadCounts counts;
 };
 
-// Reads PLY (any form), OBJ, OFF, STL or Draco; the format is told by the content, then by the name.
+// Reads PLY (any form), OBJ, OFF, STL, Draco, or models of the original QSplat program (their leaves, as a
+// cloud with normals and radii); the format is told by the content, then by the name.
 // `path` "-" is standard input (told by content only: PLY, say).  Polygons are fanned, strips unrolled.
 // Zero-area faces are kept; faces that name one vertex twice are dropped and counted. Memory: never more than
 // a small multiple of the file's size, whatever its header claims. Throws core::Error "<file>: <place>: ...".
@@ -53,7 +55,7 @@ ReadResult read_mesh(const std::string& path, const ReadOptions& options = {});
 ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::string& name,
                            const ReadOptions& options = {});
 
-// Binary little-endian PLY of what the mesh holds (double coordinates where the origin is not 0).
+// Binary little-endian PLY of what the mesh holds (radii as `radius`; double coordinates where the origin is not 0).
 std::string to_ply(const Mesh& mesh);
 
 }  // namespace mesh

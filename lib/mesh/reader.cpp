@@ -174,6 +174,7 @@ void settle_bad_vertices(const Source& source, const ReadOptions& options, bool 
     keep_vertices(new_index, mesh.positions);
     keep_vertices(new_index, mesh.normals);
     keep_vertices(new_index, mesh.colours);
+    keep_vertices(new_index, mesh.radii);
 
     for (glm::u32vec3& t : mesh.triangles) t = {new_index[t.x], new_index[t.y], new_index[t.z]};
     const size_t lost = std::erase_if(mesh.triangles, [](const glm::u32vec3& t) {

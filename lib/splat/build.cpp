@@ -49,7 +49,7 @@ class Builder {
     void run(core::OutputFile& out) {
         choose_channels();
         if (mesh_.is_cloud()) {
-            cloud_radii_ = estimate_discs(mesh_);
+            cloud_radii_ = mesh_.radii.empty() ? estimate_discs(mesh_) : std::move(mesh_.radii);
             report_.stage_ms.emplace_back("neighbours", watch_.lap_ms());
         }
         order_leaves();

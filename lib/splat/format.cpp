@@ -101,7 +101,7 @@ bool is_model(std::span<const std::byte> bytes) {
 Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     if (!is_model(bytes)) {
         const bool original = bytes.size() >= 6 && std::memcmp(bytes.data(), "QSplat", 6) == 0;
-        throw core::Error(name + (original ? ": a model of the original QSplat program, which this version does not read"
+        throw core::Error(name + (original ? ": a model of the original QSplat program; qs-build makes it one of qs-tools"
                                            : ": not a splat model (its first bytes are not 'qs-model')"));
     }
     if (bytes.size() < kHeaderSize)

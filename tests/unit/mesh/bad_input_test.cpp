@@ -72,7 +72,7 @@ const Defect kDefects[] = {
     {"no-z.ply", "header: the vertex element lacks x, y or z"},
     {"normal-out-of-range.obj", "line 7: face 0 uses normal 1, file has 0 normals before it"},
     {"nul-in-header.ply", "line 6: '?\?\?' is not a PLY type"},
-    {"text.txt", "header: neither PLY, OBJ, OFF, STL nor Draco"},
+    {"text.txt", "header: neither PLY, OBJ, OFF, STL, Draco nor QSplat"},
     {"too-few-corners.off", "line 12: expected 4 corners, found 3"},
     {"too-large-for-single.ply",
      "vertex 4: coordinate is too large for single precision (drop it with --skip-bad)"},
