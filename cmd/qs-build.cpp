@@ -128,7 +128,7 @@ int main(int argc, char** argv) {
         if (core::same_file(input, output)) throw core::UsageError(output + ": is input and output at once");
         build_options.block_size = uint32_t(block_size);
         build_options.keep_colour = !no_colour;
-        core::Report report({input, output});
+        core::Report report({input}, {output});
         core::OutputFile out(output);
         core::Stopwatch watch;
         mesh::ReadResult read = mesh::read_mesh(input, read_options);

@@ -140,7 +140,7 @@ core::Json summary(const std::vector<render::NamedDifference>& pictures,
 }
 
 void run(const Options& o) {
-    core::Report report({o.a, o.b, o.difference});
+    core::Report report({o.a, o.b}, {o.difference});
     const std::vector<render::NamedDifference> pictures = compare_all(o);
     std::vector<std::string> broken;
     for (const auto& picture : pictures) {

@@ -104,9 +104,7 @@ void run(const Options& o) {
                                " exclude each other");
     if (wants_cut && o.models.size() > 1) throw core::UsageError("--cut: takes one model, not several");
     if (!wants_cut && !o.output.empty()) throw core::UsageError("--output: needs --cut");
-    std::vector<std::string> files = o.models;
-    files.push_back(o.output);
-    core::Report report(files);
+    core::Report report(o.models, {o.output});
     if (wants_cut)
         cut(o.models.front(), o, report);
     else

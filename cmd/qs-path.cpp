@@ -253,7 +253,7 @@ void make_path(const Command& command, const Arguments& arguments) {
     for (const std::string& input : {arguments.scene.model, arguments.keys})
         if (core::same_file(input, arguments.output))
             throw core::UsageError(arguments.output + ": is input and output");
-    core::Report report({arguments.scene.model, arguments.keys, arguments.output});
+    core::Report report({arguments.scene.model, arguments.keys}, {arguments.output});
     core::Json line{{"path", command.app->get_name()}};
     const std::vector<geom::Camera> path = command.make(line);
     core::OutputFile output(arguments.output);

@@ -53,7 +53,7 @@ Film::Film(const Arguments& arguments, const scene::DrawOptions& options, const 
       options_(options),
       screen_(screen(arguments)),
       are_complete_(models.are_complete()),
-      report_(inputs),
+      report_(inputs, {}),  // scene::check() knows the outputs, frame by frame
       files_(arguments.output, format_of(arguments), frames_per_s, arguments.depth),
       reference_(reference_of(arguments, models)),
       backend_(backend.name),

@@ -17,7 +17,10 @@ PictureFiles::PictureFiles(const std::string& pictures, render::ImageFormat form
     : pictures_(pictures),
       depths_(depths),
       is_beside_(holds_both(pictures) || holds_both(depths)),
-      writer_(pictures, format, frames_per_s) {}
+      writer_(pictures, format, frames_per_s) {
+    const auto is_to_come = [](const std::string& name) { return !name.empty() && name != "-"; };
+    if (is_to_come(pictures) || is_to_come(depths)) to_come_.emplace();
+}
 
 void PictureFiles::write(int number, const std::string& eye, const render::Frame& frame) {
     const bool is_left = eye == "left";

@@ -1,8 +1,10 @@
 // The pictures and depths of a path on their way into files.
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "core/file.h"
 #include "render/image.h"
 
 namespace qs_render {
@@ -21,6 +23,7 @@ class PictureFiles {
   private:
     std::string pictures_, depths_;
     bool is_beside_;  // two eyes go into one file
+    std::optional<core::OutputsToCome> to_come_;  // each opened with its first frame
     render::FrameWriter writer_;
     render::Frame left_, both_;
 };

@@ -96,6 +96,22 @@ void install_signal_handlers() {
     static_cast<void>(once);
 }
 
+// Outputs that somebody waits for: one is counted from its making until its reader has gone.
+std::atomic<int> wanted_outputs{0};
+
+class Wanted {
+  public:
+    Wanted() { ++wanted_outputs; }
+    ~Wanted() { drop(); }
+    Wanted(const Wanted&) = delete;
+    Wanted& operator=(const Wanted&) = delete;
+    explicit operator bool() const { return is_counted_; }
+    void drop() { wanted_outputs -= std::exchange(is_counted_, false); }
+
+  private:
+    bool is_counted_ = true;
+};
+
 class SignalsBlocked {
   public:
     SignalsBlocked() {
@@ -189,6 +205,26 @@ void write_all(int fd, std::span<const std::byte> data, const std::string& name)
         }
         data = data.subspan(static_cast<size_t>(written));
     }
+}
+
+// Calls `write`; where a reader has gone, that is no reason to stop as long as others wait.
+template <class Write>
+void while_others_wait(const Write& write) {
+    try {
+        write();
+    } catch (const ClosedPipe&) {
+        if (wanted_outputs == 0) throw;
+    }
+}
+
+void put_to_standard_output(std::string_view data, bool flush) {
+    static std::atomic<bool> is_closed{false};
+    if (is_closed) throw ClosedPipe{};
+    const bool written = data.empty() || std::fwrite(data.data(), 1, data.size(), stdout) == data.size();
+    if (written && (!flush || std::fflush(stdout) == 0) && !std::ferror(stdout)) return;
+    if (errno != EPIPE) fail_with_reason(kStandardOutput, "cannot write");
+    is_closed = true;
+    throw ClosedPipe{};
 }
 
 // Bytes of unknown number.  Doubling keeps the copying linear; nothing is believed about the size.
@@ -288,13 +324,38 @@ void InputFile::forget(size_t begin, size_t end) const {
 }
 
 struct OutputFile::State {
+    Wanted wanted;
     std::string target;  // what the temporary file becomes; empty where it is written in place
     bool standard_output = false;
     bool committed = false;
     Temporary temporary;
     Descriptor fd;
     std::vector<std::byte> buffer;
+
+    // Calls `write` until it finds the reader gone; from then on nothing is written.
+    template <class Write>
+    void while_wanted(const Write& write) {
+        if (!wanted) return;
+        while_others_wait([&] {
+            try {
+                write();
+            } catch (const ClosedPipe&) {
+                wanted.drop();
+                throw;
+            }
+        });
+    }
+
+    void write(std::span<const std::byte> data, const std::string& name);
+    void commit(const std::string& name);
 };
+
+OutputsToCome::OutputsToCome() {
+    ++wanted_outputs;
+}
+OutputsToCome::~OutputsToCome() {
+    --wanted_outputs;
+}
 
 namespace {
 
@@ -339,21 +400,36 @@ OutputFile::~OutputFile() {
     if (!state_->target.empty() && !state_->committed) state_->temporary.remove();
 }
 
-void OutputFile::write(std::span<const std::byte> data) {
-    if (state_->standard_output) {
-        write_standard_output({reinterpret_cast<const char*>(data.data()), data.size()}, false);
-        return;
-    }
-    std::vector<std::byte>& buffer = state_->buffer;
+void OutputFile::State::write(std::span<const std::byte> data, const std::string& name) {
+    if (standard_output)
+        return put_to_standard_output({reinterpret_cast<const char*>(data.data()), data.size()}, false);
     if (buffer.size() + data.size() > kBufferBytes) {
-        write_all(state_->fd.get(), buffer, name_);
+        write_all(fd.get(), buffer, name);
         buffer.clear();
     }
     if (data.size() >= kBufferBytes) {
-        write_all(state_->fd.get(), data, name_);
+        write_all(fd.get(), data, name);
     } else {
         buffer.insert(buffer.end(), data.begin(), data.end());
     }
+}
+
+void OutputFile::State::commit(const std::string& name) {
+    if (standard_output) return put_to_standard_output({}, true);
+    write_all(fd.get(), buffer, name);
+    buffer.clear();
+    // Some file systems say only now that the disk is full.
+    if (::close(fd.release()) != 0) fail_with_reason(name, "cannot write");
+    if (target.empty()) return;
+    if (::rename(temporary.path(), target.c_str()) != 0) {
+        if (dying) wait_for_death();
+        fail_with_reason(name, "cannot rename the finished file");
+    }
+    committed = true;
+}
+
+void OutputFile::write(std::span<const std::byte> data) {
+    state_->while_wanted([&] { state_->write(data, name_); });
 }
 
 void OutputFile::write(std::string_view data) {
@@ -361,20 +437,7 @@ void OutputFile::write(std::string_view data) {
 }
 
 void OutputFile::commit() {
-    if (state_->standard_output) {
-        write_standard_output({}, true);
-        return;
-    }
-    write_all(state_->fd.get(), state_->buffer, name_);
-    state_->buffer.clear();
-    // Some file systems say only now that the disk is full.
-    if (::close(state_->fd.release()) != 0) fail_with_reason(name_, "cannot write");
-    if (state_->target.empty()) return;
-    if (::rename(state_->temporary.path(), state_->target.c_str()) != 0) {
-        if (dying) wait_for_death();
-        fail_with_reason(name_, "cannot rename the finished file");
-    }
-    state_->committed = true;
+    state_->while_wanted([&] { state_->commit(name_); });
 }
 
 InputFile OutputFile::read_back() {
@@ -385,23 +448,32 @@ InputFile OutputFile::read_back() {
 }
 
 void write_standard_output(std::string_view data, bool flush) {
-    const bool written = data.empty() || std::fwrite(data.data(), 1, data.size(), stdout) == data.size();
-    if (written && (!flush || std::fflush(stdout) == 0) && !std::ferror(stdout)) return;
-    if (errno == EPIPE) throw ClosedPipe{};
-    fail_with_reason(kStandardOutput, "cannot write");
+    while_others_wait([&] { put_to_standard_output(data, flush); });
 }
 
-bool same_file(const std::string& a, const std::string& b) {
-    if (a == "-" || b == "-") return false;
+namespace {
+
+// What `path` names; "-" is the open file `standard`, if that keeps what is written.
+bool find(const std::string& path, int standard, struct stat& status) {
+    if (path != "-") return ::stat(path.c_str(), &status) == 0;
+    return ::fstat(standard, &status) == 0 && S_ISREG(status.st_mode);
+}
+
+}  // namespace
+
+bool same_file(const std::string& input, const std::string& output) {
     struct stat first = {}, second = {};
-    return ::stat(a.c_str(), &first) == 0 && ::stat(b.c_str(), &second) == 0 &&
+    return find(input, STDIN_FILENO, first) && find(output, STDOUT_FILENO, second) &&
            first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 
 std::string overwritten_file(const std::string& path) {
     struct stat status = {};
-    if (path.empty() || path == "-") return "";
-    if (::stat(path.c_str(), &status) == 0) return S_ISCHR(status.st_mode) ? std::string() : resolved(path);
+    if (path.empty()) return "";
+    if ((path == "-" ? ::fstat(STDOUT_FILENO, &status) : ::stat(path.c_str(), &status)) == 0)
+        return S_ISCHR(status.st_mode) ? std::string()
+                                       : text("%llx:%llx", static_cast<unsigned long long>(status.st_dev),
+                                              static_cast<unsigned long long>(status.st_ino));
     const std::string folder = folder_of(path);
     return resolved(folder.empty() ? "." : folder) + "/" + path.substr(folder.size());
 }

@@ -38,16 +38,27 @@ class InputFile {
     std::string name_;
 };
 
-// Thrown where a pipe's reader has gone.  Not an Error, and no std::exception, so that nothing
-// but Program::run() catches it, which ends the program quietly with status 0.
+// Thrown where a pipe's reader has gone and nothing else is being written: no OutputFile is left whose reader
+// has not gone, and no OutputsToCome.  Not an Error, and no std::exception, so that nothing but
+// Program::run() catches it, which ends the program quietly with status 0.
 struct ClosedPipe {};
+
+// While one lives, files are to be written that are not open yet.  Any thread.
+class OutputsToCome {
+  public:
+    OutputsToCome();
+    ~OutputsToCome();
+    OutputsToCome(const OutputsToCome&) = delete;
+    OutputsToCome& operator=(const OutputsToCome&) = delete;
+};
 
 // A file that is written beside its target under a temporary name and renamed by commit();
 // "-" is standard output, where commit() only flushes.  Destroyed without commit(), or at
 // SIGINT/SIGTERM/SIGHUP, it leaves nothing behind.  An existing non-regular target (a FIFO,
 // /dev/null) is written in place; a symbolic link is followed.  At most 64 are open at a time.
-// One thread at a time may use one object.  Throws Error with the system's reason (disk full,
-// ...), and ClosedPipe where the reader of a pipe has gone.
+// Where the reader of a pipe has gone, the rest is dropped, or ClosedPipe thrown where nobody waits for
+// anything else.  One thread at a time may use one object.  Throws Error with the system's reason (disk
+// full, ...).
 class OutputFile {
   public:
     explicit OutputFile(const std::string& path);
@@ -78,12 +89,13 @@ class OutputFile {
 // Throws like OutputFile.
 void write_standard_output(std::string_view data, bool flush);
 
-// True if both names exist and are one file (device and inode).  "-" is nobody's equal.
-bool same_file(const std::string& a, const std::string& b);
+// True if both names exist and are one file (device and inode).  `input` "-" is standard input and `output`
+// "-" standard output where these are regular files; nobody's equal where they are pipes or devices.
+bool same_file(const std::string& input, const std::string& output);
 
-// What is lost when something else is written to `path`: the file's full name, after links, whether or not it
-// exists yet.  Equal for two outputs of which one would overwrite the other.  Empty for "" and "-", and for a
-// character device such as /dev/null, which keeps nothing.
+// What is lost when something else is written to `path`: equal for two outputs of which one would overwrite
+// the other, by whatever names, whether or not the file exists yet; "-" is standard output, which has other
+// names too (/dev/stdout).  Empty for "", and for a character device such as /dev/null, which keeps nothing.
 std::string overwritten_file(const std::string& path);
 
 // Throws UsageError where `path` is "-" or absent-by-default, standard output is a terminal and

@@ -231,13 +231,25 @@ void add_common_options(CLI::App& app, const std::string& version) {
     app.set_help_flag(kHelpNames, kHelpText)->group(group);
 }
 
-// CLI11 takes "--name=" and the next argument for a name and its value.
-void refuse_empty_values(int argc, char** argv) {
+bool has_flag(const CLI::App& app, const std::string& name) {
+    const CLI::Option* option = app.get_option_no_throw(name);
+    if (option) return option->get_items_expected_max() == 0;
+    const std::vector<const CLI::App*> subcommands = app.get_subcommands({});
+    return std::any_of(subcommands.begin(), subcommands.end(),
+                       [&](const CLI::App* subcommand) { return has_flag(*subcommand, name); });
+}
+
+// CLI11 takes "--name=" and the next argument for a name and its value, and "--flag=no" for a flag that was
+// not given.
+void refuse_wrong_values(const CLI::App& app, int argc, char** argv) {
     for (int i = 1; i < argc; ++i) {
         const std::string_view argument = argv[i];
         if (argument == "--") return;
-        if (argument.starts_with("--") && argument.find('=') == argument.size() - 1)
-            throw UsageError(std::string(argument.substr(0, argument.size() - 1)) + ": the value is empty");
+        const size_t equals = argument.find('=');
+        if (!argument.starts_with("--") || equals == argument.npos) continue;
+        const std::string name(argument.substr(0, equals));
+        if (has_flag(app, name)) throw UsageError(name + ": takes no value");
+        if (equals == argument.size() - 1) throw UsageError(name + ": the value is empty");
     }
 }
 
@@ -266,7 +278,7 @@ void check_common_options() {
 // Parses; an exit status where there is nothing left to do.
 std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     try {
-        refuse_empty_values(argc, argv);
+        refuse_wrong_values(app, argc, argv);
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
         print(app.help());
@@ -519,11 +531,19 @@ struct Report::State {
     OutputFile file;
 };
 
-Report::Report(const std::vector<std::string>& others) {
+Report::Report(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs) {
+    for (const std::string& input : inputs)
+        if (same_file(input, settings.report))
+            throw UsageError("--report: " + settings.report + " is what the job reads");
     const std::string file = overwritten_file(settings.report);
-    for (const std::string& other : others)
-        if (!file.empty() && (overwritten_file(other) == file || same_file(other, settings.report)))
-            throw UsageError("--report: " + other + " is what the job reads or writes");
+    const auto is_report = [&](const std::string& output) {
+        if (output == "-" && settings.report == "-") return true;
+        return !file.empty() && overwritten_file(output) == file;
+    };
+    for (const std::string& output : outputs)
+        if (is_report(output))
+            throw UsageError("--report: " + (output == "-" ? "standard output" : output) +
+                             " is what the job writes");
     if (!settings.report.empty()) state_ = std::make_unique<State>(settings.report);
 }
 

@@ -97,9 +97,9 @@ class Progress {
 // and write() does nothing.  commit() as OutputFile; "-" is standard output.
 class Report {
   public:
-    // Opens the file named by --report.  Throws UsageError where that is one of `others`: the job's own inputs and
-    // outputs.
-    explicit Report(const std::vector<std::string>& others);
+    // Opens the file named by --report.  Throws UsageError where that is one of the job's own inputs or
+    // outputs (as OutputFile names them; empty: none).
+    Report(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
     ~Report();
     bool is_wanted() const;
     void write(const Json& line);

@@ -19,7 +19,8 @@ class Check {
             if (core::same_file(input, file)) throw UsageError(file + ": is input and output");
         const std::string lost = core::overwritten_file(file);
         if (!lost.empty() && !written_.insert(lost).second)
-            throw UsageError(file + ": would be written twice; name the outputs apart");
+            throw UsageError((file == "-" ? "standard output" : file) +
+                             ": would be written twice; name the outputs apart");
     }
 
     void add_frames(const std::string& name, bool holds_one, const DrawnFrames& frames) {

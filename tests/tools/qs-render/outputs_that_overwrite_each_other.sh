@@ -21,3 +21,8 @@ try -o one-%d.ppm --depth one-%d.pfm --report /dev/null
 head -n 1 path.jsonl > still.jsonl
 qs-render model.qs --path still.jsonl --resolution 8,6 --depth /dev/null --report /dev/null
 find . -name 'z-*' | wc -l
+# Standard output by another name; and standard input, which may be a file.
+qs-render model.qs --path path.jsonl -o /dev/stdout --format y4m --report - 2>&1 | head -n 1
+qs-render model.qs --path path.jsonl -o - --report /dev/fd/1 2>&1 | head -n 1
+qs-render model.qs --path - -o path.jsonl --format y4m < path.jsonl 2>&1 | head -n 1
+qs-render model.qs --path - -o a.y4m --report path.jsonl < path.jsonl 2>&1 | head -n 1

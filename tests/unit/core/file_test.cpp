@@ -325,18 +325,45 @@ TEST_F(SameFile, TellsWhatWouldBeOverwritten) {
     write_text("d/there", "text");
     std::filesystem::create_symlink("d/there", "soft");
     using core::overwritten_file;
-    EXPECT_EQ(overwritten_file("d/there"), std::filesystem::canonical("d/there").string());
+    EXPECT_NE(overwritten_file("d/there"), overwritten_file("d/not_yet"));
     EXPECT_EQ(overwritten_file("soft"), overwritten_file("link/../d/there"));
     EXPECT_EQ(overwritten_file("link/not_yet"), overwritten_file("./d/not_yet"));
     EXPECT_EQ(overwritten_file("not_yet"), overwritten_file("d/../not_yet"));
     EXPECT_NE(overwritten_file("not_yet"), overwritten_file("d/not_yet"));
-    for (const char* nothing : {"", "-", "/dev/null"}) EXPECT_EQ(overwritten_file(nothing), "");
+    for (const char* nothing : {"", "/dev/null"}) EXPECT_EQ(overwritten_file(nothing), "");
 }
 
-TEST_F(SameFile, DashIsNobodysEqual) {
+TEST_F(SameFile, StandardOutputHasOtherNames) {
+    const auto body = [] {
+        return core::overwritten_file("-") == core::overwritten_file("/dev/stdout") ? 0 : 1;
+    };
+    EXPECT_EQ(run_in_child(body).exit_status, 0);
+    int ends[2];
+    ASSERT_EQ(::pipe(ends), 0);
+    const auto into_pipe = [&] {
+        ::dup2(ends[1], STDOUT_FILENO);
+        return body() + (core::overwritten_file("-") == core::overwritten_file("/dev/fd/0") ? 1 : 0);
+    };
+    EXPECT_EQ(run_in_child(into_pipe).exit_status, 0);
+    ::close(ends[0]);
+    ::close(ends[1]);
+}
+
+TEST_F(SameFile, DashIsTheStandardStream) {
     write_text("-", "text");
-    EXPECT_FALSE(core::same_file("-", "-"));
-    EXPECT_FALSE(core::same_file("./-", "-"));
+    write_text("a", "text");
+    const auto reads_a = [] { return core::same_file("-", "a") && !core::same_file("-", "./-") ? 0 : 1; };
+    EXPECT_EQ(run_in_child(reads_a, "a").exit_status, 0);
+    const auto appends_to_a = [] {
+        ::dup2(::open("a", O_WRONLY | O_APPEND), STDOUT_FILENO);
+        return core::same_file("a", "-") && core::same_file("-", "-") && !core::same_file("./-", "-") ? 0 : 1;
+    };
+    EXPECT_EQ(run_in_child(appends_to_a, "a").exit_status, 0);
+    const auto keeps_nothing = [] {
+        ::dup2(::open("/dev/null", O_WRONLY), STDOUT_FILENO);
+        return core::same_file("-", "-") ? 1 : 0;
+    };
+    EXPECT_EQ(run_in_child(keeps_nothing, "/dev/null").exit_status, 0);
 }
 
 }  // namespace

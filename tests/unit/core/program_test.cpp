@@ -139,6 +139,9 @@ TEST_F(Program, WhatIsNotANumberInRangeIsAUsageError) {
         {{"--quiet", "--verbose"}, "--quiet and --verbose exclude each other"},
         {{"--frames="}, "--frames: the value is empty"},
         {{"--frames"}, "--frames: needs a value"},
+        {{"--quiet=no"}, "--quiet: takes no value"},
+        {{"--verbose=true"}, "--verbose: takes no value"},
+        {{"--help="}, "--help: takes no value"},
         {{"--no-such"}, "unknown option '--no-such'"},
         {{"-z"}, "unknown option '-z'"},
         {{"one", "two"}, "unexpected operand 'two'"},
@@ -212,29 +215,101 @@ TEST_F(Program, QuietAndVerboseChooseWhatIsSaid) {
     EXPECT_EQ(run({"--verbose"}, job).err, "qs-sample: three levels\nqs-sample: warning: 2 faces dropped\n");
 }
 
+// A pipe that nobody reads.
+class Unread {
+  public:
+    Unread() {
+        int ends[2];
+        EXPECT_EQ(::pipe(ends), 0);
+        ::close(ends[0]);
+        end_ = ends[1];
+    }
+    ~Unread() { ::close(end_); }
+    std::string name() const { return core::text("/dev/fd/%d", end_); }
+    void become_standard_output() const { ::dup2(end_, STDOUT_FILENO); }
+
+  private:
+    int end_ = -1;
+};
+
+const std::string kLongLine(100000, 'x');
+
 TEST_F(Program, AClosedPipeEndsItQuietly) {
     for (const bool as_file : {false, true}) {
-        int ends[2];
-        ASSERT_EQ(::pipe(ends), 0);
-        ::close(ends[0]);
+        const Unread pipe;
         const Outcome outcome = run_in_child([&] {
-            ::dup2(ends[1], STDOUT_FILENO);
+            pipe.become_standard_output();
             Sample sample;
             return sample.run({}, [&] {
-                core::OutputFile unfinished("unfinished");
-                core::OutputFile out("-");
-                for (int i = 0; i < 100; ++i) {
-                    const std::string line(100000, 'x');
-                    as_file ? out.write(line) : core::print(line);
-                }
+                std::optional<core::OutputFile> out;
+                if (as_file) out.emplace("-");
+                for (int i = 0; i < 100; ++i) as_file ? out->write(kLongLine) : core::print(kLongLine);
                 core::warn("this is never reached");
             });
         });
-        ::close(ends[1]);
         EXPECT_EQ(outcome.exit_status, 0);
         EXPECT_EQ(outcome.err, "");
-        EXPECT_EQ(count_files(), 0u);
     }
+}
+
+TEST_F(Program, AClosedPipeDoesNotEndOtherOutputs) {
+    for (const bool as_file : {false, true}) {
+        const Unread pipe;
+        const Outcome outcome = run_in_child([&] {
+            pipe.become_standard_output();
+            Sample sample;
+            return sample.run({}, [&] {
+                std::optional<core::OutputFile> out, other(as_file ? "first" : "last");
+                if (as_file) out.emplace("-");
+                for (int i = 0; i < 100; ++i) {
+                    as_file ? out->write(kLongLine) : core::print(kLongLine);
+                    other->write("line\n");
+                }
+                if (as_file) out->commit();
+                other->commit();
+            });
+        });
+        EXPECT_EQ(outcome.exit_status, 0);
+        EXPECT_EQ(outcome.err, "");
+        EXPECT_EQ(read_text(as_file ? "first" : "last").size(), 500u);
+    }
+}
+
+TEST_F(Program, AClosedPipeDoesNotEndOutputsToCome) {
+    const Unread pipe;
+    const Outcome outcome = run_in_child([&] {
+        pipe.become_standard_output();
+        Sample sample;
+        return sample.run({}, [&] {
+            {
+                const core::OutputsToCome files;
+                core::print(kLongLine);
+                core::OutputFile("a").commit();
+            }
+            core::print(kLongLine);
+            core::warn("this is never reached");
+        });
+    });
+    EXPECT_EQ(outcome.exit_status, 0);
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(count_files(), 1u);
+}
+
+TEST_F(Program, TheLastOfSeveralClosedPipesEndsIt) {
+    const Unread first, second;
+    const Outcome outcome = run_in_child([&] {
+        Sample sample;
+        return sample.run({}, [&] {
+            core::OutputFile a(first.name()), b(second.name());
+            for (int i = 0; i < 10; ++i) a.write(kLongLine);
+            a.commit();
+            core::warn("the other one is still open");
+            for (int i = 0; i < 10; ++i) b.write(kLongLine);
+            core::warn("this is never reached");
+        });
+    });
+    EXPECT_EQ(outcome.exit_status, 0);
+    EXPECT_EQ(outcome.err, "qs-sample: warning: the other one is still open\n");
 }
 
 TEST_F(Program, AFullStandardOutputIsAFailureEvenAtTheLastFlush) {
@@ -290,7 +365,7 @@ TEST_F(Program, ProgressIsRedrawnAtMostTenTimesASecond) {
 
 TEST_F(Program, ReportIsJsonLinesWithNullForWhatIsNotFinite) {
     const auto job = [](Sample&) {
-        core::Report report({});
+        core::Report report({}, {});
         report.write({{"z_first", 0.1}, {"psnr_db", NAN}, {"nodes", uint64_t{1} << 63}});
         report.write({{"error", -kNone}, {"name", "\xff.ply"}});
         core::print(report.is_wanted() ? "wanted" : "not wanted");
@@ -306,17 +381,23 @@ TEST_F(Program, ReportIsJsonLinesWithNullForWhatIsNotFinite) {
 
 TEST_F(Program, AReportIsNotWrittenOverTheJobsFiles) {
     std::filesystem::create_directory("d");
-    const auto job = [](Sample&) { core::Report report({"", "-", "d/out.png", "/dev/null"}); };
-    for (const char* name : {"d/out.png", "./d/../d/out.png"})
+    write_text("in.ply", "");
+    const auto job = [](Sample&) {
+        core::Report report({"", "-", "in.ply"}, {"", "d/out.png", "/dev/null"});
+    };
+    for (const char* name : {"d/out.png", "./d/../d/out.png", "in.ply"})
         EXPECT_EQ(run({"--report", name}, job).exit_status, 2) << name;
     for (const char* name : {"-", "out.png", "/dev/null"})
         EXPECT_EQ(run({"--report", name}, job).exit_status, 0) << name;
-    EXPECT_EQ(count_files(), 1u);
+    const auto prints = [](Sample&) { core::Report report({}, {"-"}); };
+    for (const char* name : {"-", "/dev/stdout", "/dev/fd/1"})
+        EXPECT_EQ(run({"--report", name}, prints).exit_status, 2) << name;
+    EXPECT_EQ(count_files(), 2u);
 }
 
 TEST_F(Program, AReportWithoutCommitLeavesNothing) {
     const auto job = [](Sample&) {
-        core::Report report({});
+        core::Report report({}, {});
         report.write({{"frame", 0}});
         throw core::Error("the job failed");
     };
