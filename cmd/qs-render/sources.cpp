@@ -1,6 +1,7 @@
 #include "qs-render/sources.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 
 #include "core/error.h"
@@ -25,11 +26,24 @@ geom::Similarity read_similarity(const std::string& path) {
                                   file.name());
 }
 
+// A wrong transform looks like the end of a name; but then the file's name may be before it.
+void refuse_slip(const std::string& word, const std::string& file, const std::string& transform) {
+    std::error_code unknown;
+    if (file != word && !std::filesystem::exists(word, unknown) && std::filesystem::exists(file, unknown))
+        throw core::UsageError(
+            word + ": '" + transform +
+            "' is no transform (3, 4, 7 or 16 numbers with commas between, or a file's name "
+            "that ends in .xf), and there is no file of the whole name");
+}
+
 Source parse_source(const std::string& word) {
     const size_t at = word.rfind('@');
     const std::string suffix = at == word.npos ? "" : word.substr(at + 1);
     const bool is_file = suffix.size() > 3 && suffix.ends_with(".xf");
-    if (!is_file && !are_numbers(suffix)) return {word, "", {}, false};
+    if (!is_file && !are_numbers(suffix)) {
+        refuse_slip(word, word.substr(0, at), suffix);
+        return {word, "", {}, false};
+    }
     Source source{word.substr(0, at), is_file ? suffix : "", {}, true};
     if (is_file) {
         source.world_from_model = read_similarity(suffix);

@@ -28,7 +28,7 @@ glm::dvec3 unit(const glm::dvec3& v) {
 
 Sphere with_extent(Sphere sphere) {
     if (sphere.radius == 0) sphere.radius = 1;
-    sphere.radius = std::max(sphere.radius, 1e-12 * largest(sphere.centre));
+    sphere.radius = std::max(sphere.radius, 1e-14 * largest(sphere.centre));
     return sphere;
 }
 

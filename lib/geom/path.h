@@ -6,8 +6,8 @@
 // along Z, so that +X is to the right for up = +Y and for up = +Z.
 //
 // Distances are factors of the fit distance, at which the sphere just touches the frame.  A sphere
-// without extent is seen as one of radius 1, and none is seen smaller than 1e-12 of its centre's
-// largest coordinate: nearer by, rounding would shake the camera.
+// without extent is seen as one of radius 1, and none is seen smaller than 1e-14 of its centre's
+// largest coordinate: nearer by, rounding would shake the camera by more than a hundredth of the picture.
 //
 // All throw core::Error where a camera would not pass geom::check() (values that are not finite, an
 // eye that would reach its target, coordinates beyond 1e150).  Messages count frames from 0, as the

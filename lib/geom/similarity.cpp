@@ -14,11 +14,18 @@ namespace {
 constexpr double kFarthest = 1e150, kSmallestScale = 1e-100, kLargestScale = 1e100;
 constexpr double kOff = 1e-5;  // matrices are written with six digits and more
 
+// With white space or a comma between.
 std::vector<double> parse_numbers(std::string_view text, const std::string& name) {
     std::vector<double> numbers;
-    const std::string_view separators = ", \t\r\n";
-    for (size_t at = text.find_first_not_of(separators); at != text.npos;
-         at = text.find_first_not_of(separators, at)) {
+    const std::string_view blanks = " \t\r\n", separators = ", \t\r\n";
+    const auto after_blanks = [&](size_t at) {
+        return std::min(text.find_first_not_of(blanks, at), text.size());
+    };
+    bool is_after_comma = false;
+    for (size_t at = after_blanks(0); at < text.size() || is_after_comma;) {
+        if (at == text.size() || text[at] == ',')
+            throw core::Error(
+                name + core::text(": a comma without a number %s it", at < text.size() ? "before" : "after"));
         const size_t end = std::min(text.find_first_of(separators, at), text.size());
         const std::string_view word = text.substr(at, end - at);
         const size_t sign = word.starts_with('+');  // which from_chars does not take
@@ -27,7 +34,9 @@ std::vector<double> parse_numbers(std::string_view text, const std::string& name
         if (error != std::errc() || rest != word.data() + word.size() || !(std::abs(value) <= kFarthest))
             throw core::Error(name + ": '" + std::string(word) + "' is not a finite number up to 1e150");
         numbers.push_back(value);
-        at = end;
+        at = after_blanks(end);
+        is_after_comma = at < text.size() && text[at] == ',';
+        if (is_after_comma) at = after_blanks(at + 1);
     }
     return numbers;
 }

@@ -32,7 +32,7 @@ Sphere placed(const Sphere& inner, const Similarity& outer_from_inner);
 // A sphere around both, at most a few roundings larger than the smallest.
 Sphere sphere_around(const Sphere& a, const Sphere& b);
 
-// From text: numbers with commas or white space between, as many as
+// From text: numbers with a comma or white space between, as many as
 //     3    X Y Z, a translation
 //     4    X Y Z SCALE
 //     7    X Y Z SCALE RX RY RZ: turned first about x, then about y, then about z, in degrees,

@@ -33,3 +33,11 @@ cp model.qs 'odd@name.qs'
 qs-render odd@name.qs $view -o odd.ppm && qs-render 'odd@name.qs@0,0,0' $view -o same.ppm && cmp odd.ppm same.ppm &&
     echo "a name with an at sign"
 qs-render - model.qs@1.5,0,0 $view -o piped.ppm < model.qs && cmp piped.ppm twice.ppm && echo "one of them from a pipe"
+
+# Moved far away, where numbers are coarse, it is still framed as it was.
+covered() { qs-render "$1" --resolution 320,240 --shade flat --format rgb -o - | od -An -v -tu1 -w3 | grep -vc '^   0   0   0$'; }
+near=$(covered model.qs)
+for x in 1e6 1e12 1e13 1e14; do
+    far=$(covered "model.qs@$x,0,0")
+    ((far > near * 98 / 100 && far < near * 102 / 100)) && echo "framed at $x" || echo "$far pixels at $x, not $near"
+done

@@ -29,6 +29,13 @@ std::string refusal(const char* text) {
 
 }  // namespace
 
+TEST(Similarity, RefusesCommasWithoutNumbers) {
+    for (const char* text : {",1,2,3", "1,,3", "1, ,3", "1,2,,", ",", ",,,"})
+        EXPECT_EQ(refusal(text), "test: a comma without a number before it") << text;
+    for (const char* text : {"1,2,3,", "1,2,3 ,\n"})
+        EXPECT_EQ(refusal(text), "test: a comma without a number after it") << text;
+}
+
 TEST(Similarity, ReadsTranslationScaleAndTurns) {
     expect_near(image("1,2,3", {1, 0, 0}), {2, 2, 3}, 0);
     expect_near(image(" +1 2.5\t3e1\n", {1, 0, 0}), {2, 2.5, 30}, 0);
