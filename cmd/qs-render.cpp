@@ -80,10 +80,19 @@ void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const Model
     film.finish();
 }
 
+// The first of them; with --keep-going, the first that can be drawn.
+const geom::PathFrame& shot_to_explain(const Path& path, const std::vector<int>& frames) {
+    for (const int number : frames) {
+        const geom::PathFrame& shot = path[size_t(number)];
+        if (shot.fault.empty()) return shot;
+        core::fail(text("frame %d: ", number) + shot.fault);
+    }
+    throw core::Error("--explain: none of the frames can be drawn");
+}
+
 // Of one eye.
 void explain(const Arguments& a, const scene::DrawOptions& draw, const Models& models,
              const geom::PathFrame& shot, scene::Backend backend) {
-    if (!shot.fault.empty()) throw core::Error(shot.fault);
     scene::ModelPainter painter(models.placed(), std::move(backend.painter));
     qs_render::check_occlusion(draw, painter, backend.name);
     const geom::View view = scene::views_of(shot.camera, qs_render::screen(a)).front().view;
@@ -109,7 +118,7 @@ void run(const Arguments& a) {
                             model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),
                             static_cast<unsigned long long>(model.header().block_count)));
     if (a.explain)
-        explain(a, draw, models, path[size_t(frames.front())], open_backend(a));
+        explain(a, draw, models, shot_to_explain(path, frames), open_backend(a));
     else
         draw_frames(a, draw, models, inputs, path, frames);
 }

@@ -64,16 +64,8 @@ Film::Film(const Arguments& arguments, const scene::DrawOptions& options, const 
 
 void Film::take(int number, const geom::PathFrame& shot) {
     try {
-        if (!shot.fault.empty()) throw Undrawable(shot.fault);
-        for (const auto& [eye, view] : or_undrawable([&] { return scene::views_of(shot.camera, screen_); })) {
-            scene::FrameReport line;
-            line.frame = number;
-            line.eye = eye;
-            line.time_s = shot.camera.time_s;
-            line.backend = backend_;
-            line.cut = options_.cut;
-            take_view(view, std::move(line));
-        }
+        // Both eyes are drawn before anything is written, so that a frame that fails leaves nothing.
+        for (Picture& picture : draw_eyes(number, shot)) write(picture);
     } catch (const Undrawable& error) {
         if (!a_.keep_going) throw;
         core::fail(text("frame %d: %s", number, error.what()));
@@ -81,48 +73,69 @@ void Film::take(int number, const geom::PathFrame& shot) {
     }
 }
 
-void Film::take_view(const geom::View& view, scene::FrameReport line) {
-    std::optional<double> threshold_px = options_.cut.threshold_px;
-    if (a_.refine) threshold_px = std::max(*threshold_px, scene::kFirstRefinementPx);
+std::span<Film::Picture> Film::draw_eyes(int number, const geom::PathFrame& shot) {
+    if (!shot.fault.empty()) throw Undrawable(shot.fault);
+    const auto views = or_undrawable([&] { return scene::views_of(shot.camera, screen_); });
+    for (size_t i = 0; i < views.size(); ++i) {
+        scene::FrameReport line;
+        line.frame = number;
+        line.eye = views[i].eye;
+        line.time_s = shot.camera.time_s;
+        line.backend = backend_;
+        line.cut = options_.cut;
+        draw_again_and_again(views[i].view, std::move(line), pictures_[i]);
+    }
+    return std::span(pictures_).first(views.size());
+}
+
+void Film::draw_again_and_again(const geom::View& view, scene::FrameReport line, Picture& picture) {
+    picture.lines.clear();
+    line.cut.threshold_px = options_.cut.threshold_px;
+    if (a_.refine) line.cut.threshold_px = std::max(line.cut.threshold_px, scene::kFirstRefinementPx);
     double elapsed_ms = 0;
-    for (int refinement = 0; threshold_px; ++refinement) {
-        line.cut.threshold_px = *threshold_px;
-        line.write_ms = 0;
-        or_undrawable([&] { draw(view, refinement == 0, line); });
-        threshold_px.reset();
-        if (a_.refine)
-            threshold_px =
-                scene::refined_threshold(line.cut.threshold_px, options_.cut.threshold_px, line.draw.counts);
-        if (!threshold_px) {
-            core::Stopwatch watch;
-            files_.write(line.frame, line.eye, frame_);
-            line.write_ms = watch.lap_ms();
-        }
+    for (int refinement = 0;; ++refinement) {
+        or_undrawable([&] { draw(view, refinement == 0, line, picture.frame); });
         elapsed_ms += line.total_ms();
         if (a_.refine) line.refinement = {refinement, elapsed_ms};
-        if (reference_) measure(view, line);
-        if (report_.is_wanted()) report_.write(scene::to_json(line));
-        if (!threshold_px) count(line);
+        if (reference_) measure(view, line, picture.frame);
+        picture.lines.push_back(line);
+        if (!a_.refine) return;
+        const std::optional<double> finer =
+            scene::refined_threshold(line.cut.threshold_px, options_.cut.threshold_px, line.draw.counts);
+        if (!finer) return;
+        line.cut.threshold_px = *finer;
     }
 }
 
-void Film::draw(const geom::View& view, bool is_first, scene::FrameReport& line) {
+void Film::draw(const geom::View& view, bool is_first, scene::FrameReport& line, render::Frame& frame) {
     scene::DrawOptions options = options_;
     line.budget.reset();
     if (budget_painter_ && is_first) {
-        line.draw = budget_painter_->draw(view, options, frame_);
+        line.draw = budget_painter_->draw(view, options, frame);
         line.budget = budget_painter_->report();
         line.cut = options.cut;
     } else {
         options.cut = line.cut;
-        line.draw = painter_.draw(view, options, frame_);
+        line.draw = painter_.draw(view, options, frame);
     }
 }
 
-void Film::measure(const geom::View& view, scene::FrameReport& line) {
+void Film::measure(const geom::View& view, scene::FrameReport& line, const render::Frame& frame) {
     core::Stopwatch watch;
-    line.reference = reference_->measure(view, options_.look, frame_);
+    line.reference = reference_->measure(view, options_.look, frame);
     line.reference_ms = watch.lap_ms();
+}
+
+// Of a picture that was refined, the last drawing.
+void Film::write(Picture& picture) {
+    scene::FrameReport& last = picture.lines.back();
+    core::Stopwatch watch;
+    files_.write(last.frame, last.eye, picture.frame);
+    last.write_ms = watch.lap_ms();
+    if (last.refinement) last.refinement->elapsed_ms += last.write_ms;
+    if (report_.is_wanted())
+        for (const scene::FrameReport& line : picture.lines) report_.write(scene::to_json(line));
+    count(last);
 }
 
 void Film::count(scene::FrameReport line) {

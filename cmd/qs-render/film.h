@@ -1,8 +1,10 @@
 // Drawing the frames of a path, and writing what was asked for of each.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,9 +38,17 @@ class Film {
     void finish();
 
   private:
-    void take_view(const geom::View& view, scene::FrameReport line);
-    void draw(const geom::View& view, bool is_first, scene::FrameReport& line);
-    void measure(const geom::View& view, scene::FrameReport& line);
+    // What an eye sees, and what each of its drawings cost.
+    struct Picture {
+        render::Frame frame;
+        std::vector<scene::FrameReport> lines;
+    };
+
+    std::span<Picture> draw_eyes(int number, const geom::PathFrame& shot);
+    void draw_again_and_again(const geom::View& view, scene::FrameReport line, Picture& picture);
+    void draw(const geom::View& view, bool is_first, scene::FrameReport& line, render::Frame& frame);
+    void measure(const geom::View& view, scene::FrameReport& line, const render::Frame& frame);
+    void write(Picture& picture);
     void count(scene::FrameReport line);
 
     const Arguments& a_;
@@ -51,7 +61,7 @@ class Film {
     std::string backend_;
     scene::ModelPainter painter_;
     std::optional<scene::BudgetPainter> budget_painter_;
-    render::Frame frame_;
+    std::array<Picture, 2> pictures_;                             // kept from frame to frame
     size_t drawn_count_ = 0, coarse_count_ = 0, late_count_ = 0;  // pictures
 };
 

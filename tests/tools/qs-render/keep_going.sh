@@ -41,3 +41,25 @@ printf x | dd of=model.qs bs=1 seek=$((size - 900)) conv=notrunc status=none
 draw --path path.jsonl --threshold 0.5 --keep-backfaces -o "damaged-%d.ppm" --keep-going 2>&1 | sed 's/checksum.*//'
 ls damaged-*
 cmp damaged-0.ppm damaged-2.ppm
+
+# Of a frame that fails there is nothing: no coarser refinement, no other eye.  The block is one of fine nodes.
+head -n 2 path.jsonl > two.jsonl
+draw --path two.jsonl --threshold 0.5 --keep-backfaces --refine --keep-going --report report.jsonl 2> /dev/null
+sed -E 's/.*"frame":([0-9]*),.*"(refinement|error)":.*/\1 \2/' report.jsonl | uniq -c
+# Two eyes that see the model's two halves, of which the left one is whole.
+{
+    echo '{"eye":[0,0,1000],"target":[0,0,0]}'
+    echo '{"eye":[0,0,4],"target":[0,0,-96],"fovy":10}'
+} > near.jsonl
+draw --path near.jsonl --threshold 0.5 --stereo --eye-angle 0.7 -o "eye-%d-%s.ppm" --keep-going --report report.jsonl 2> /dev/null
+sed -E 's/.*"frame":([0-9]*),.*"(eye|error)":.*/\1 \2/' report.jsonl
+qs-render model.qs --camera-position=-0.6,0,4 --camera-focal-point=-0.6,0,0 --camera-view-angle 10 --threshold 0.5 -o left.ppm
+ls ./eye-*.ppm left.ppm
+
+# The first frame that can be drawn is explained.
+{ echo 'oops'; cat near.jsonl; } > path.jsonl
+draw --path path.jsonl --explain --keep-going 2>&1 | sed -n '1p;2s/ .*//p'
+echo 'oops' | draw --path - --explain --keep-going
+echo "exit $?"
+draw --path path.jsonl --explain
+echo "exit $?"
