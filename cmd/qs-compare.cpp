@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <unordered_set>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -51,12 +52,10 @@ glm::u8vec3 background_of(const Options& o) {
     return {o.background[0], o.background[1], o.background[2]};
 }
 
-// Where the difference pictures of the pairs go; makes the folder.
+// Where the difference pictures of the pairs go.
 std::vector<std::string> difference_names(const Options& o, const std::vector<render::PicturePair>& pairs) {
     namespace fs = std::filesystem;
     if (o.difference.empty()) return {};
-    if (core::same_file(o.difference, o.a) || core::same_file(o.difference, o.b))
-        throw core::UsageError(text("--difference: '%s' is one of the inputs", o.difference.c_str()));
     std::error_code reason;
     if (!fs::is_directory(o.a, reason)) {
         if (!o.difference.ends_with(".png"))
@@ -64,16 +63,37 @@ std::vector<std::string> difference_names(const Options& o, const std::vector<re
                 text("--difference: '%s' is not a name that ends in .png", o.difference.c_str()));
         return {o.difference};
     }
-    fs::create_directories(o.difference, reason);
-    if (reason)
-        throw core::Error(
-            text("%s: cannot make the folder: %s", o.difference.c_str(), reason.message().c_str()));
     std::vector<std::string> names;
     names.reserve(pairs.size());
     for (const render::PicturePair& pair : pairs)
         names.push_back(
             (fs::path(o.difference) / (pair.name + (pair.name.ends_with(".png") ? "" : ".png"))).string());
     return names;
+}
+
+// Throws UsageError where a difference would be written over a picture or, in a folder, beside pictures that
+// would be compared with it the next time.
+void check_differences(const Options& o, const std::vector<std::string>& inputs,
+                       const std::vector<std::string>& differences) {
+    const auto refuse = [](const std::string& name) {
+        throw core::UsageError(text("--difference: '%s' is one of the inputs", name.c_str()));
+    };
+    for (const std::string& input : {o.a, o.b})
+        if (core::same_file(input, o.difference)) refuse(o.difference);
+    std::unordered_set<std::string> files;
+    for (const std::string& input : inputs)
+        if (input != "-") files.insert(core::overwritten_file(input));
+    for (const std::string& name : differences)
+        if (files.contains(core::overwritten_file(name))) refuse(name);
+}
+
+void make_folder_of_differences(const Options& o) {
+    std::error_code reason;
+    if (o.difference.empty() || !std::filesystem::is_directory(o.a, reason)) return;
+    std::filesystem::create_directories(o.difference, reason);
+    if (reason)
+        throw core::Error(
+            text("%s: cannot make the folder: %s", o.difference.c_str(), reason.message().c_str()));
 }
 
 render::ImageDifference compare_pair(const render::PicturePair& pair, glm::u8vec3 background,
@@ -115,10 +135,10 @@ std::vector<Result> compare_pairs(const std::vector<render::PicturePair>& pairs,
 }
 
 // A pair that fails is reported and left out.
-std::vector<render::NamedDifference> compare_all(const Options& o) {
-    const glm::u8vec3 background = background_of(o);
-    const std::vector<render::PicturePair> pairs = render::pair_pictures(o.a, o.b);
-    const std::vector<Result> results = compare_pairs(pairs, background, difference_names(o, pairs));
+std::vector<render::NamedDifference> compare_all(const std::vector<render::PicturePair>& pairs,
+                                                 const std::vector<std::string>& differences,
+                                                 glm::u8vec3 background) {
+    const std::vector<Result> results = compare_pairs(pairs, background, differences);
     std::vector<render::NamedDifference> pictures;
     for (size_t i = 0; i < pairs.size(); ++i) {
         if (results[i].difference)
@@ -140,8 +160,15 @@ core::Json summary(const std::vector<render::NamedDifference>& pictures,
 }
 
 void run(const Options& o) {
-    core::Report report({o.a, o.b}, {o.difference});
-    const std::vector<render::NamedDifference> pictures = compare_all(o);
+    const glm::u8vec3 background = background_of(o);
+    const std::vector<render::PicturePair> pairs = render::pair_pictures(o.a, o.b);
+    const std::vector<std::string> differences = difference_names(o, pairs);
+    std::vector<std::string> inputs;
+    for (const render::PicturePair& pair : pairs) inputs.insert(inputs.end(), {pair.a, pair.b});
+    check_differences(o, inputs, differences);
+    core::Report report(inputs, differences);
+    make_folder_of_differences(o);
+    const std::vector<render::NamedDifference> pictures = compare_all(pairs, differences, background);
     std::vector<std::string> broken;
     for (const auto& picture : pictures) {
         report.write(to_json(picture));
