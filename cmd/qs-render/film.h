@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -50,6 +51,7 @@ class Film {
     void measure(const geom::View& view, scene::FrameReport& line, const render::Frame& frame);
     void write(Picture& picture);
     void count(scene::FrameReport line);
+    void say_how_budget_was_held() const;
 
     const Arguments& a_;
     const scene::DrawOptions& options_;
@@ -63,6 +65,7 @@ class Film {
     std::optional<scene::BudgetPainter> budget_painter_;
     std::array<Picture, 2> pictures_;                             // kept from frame to frame
     size_t drawn_count_ = 0, coarse_count_ = 0, late_count_ = 0;  // pictures
+    double fastest_ms_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace qs_render

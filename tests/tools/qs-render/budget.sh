@@ -14,9 +14,11 @@ head -n 1 rich.jsonl | grep -oE '"[a-z_]+":' | tr -d '\n'
 echo
 
 # Less than a frame can take: complete pictures all the same, and the report says that they were late.
-draw --budget 0.001ms --reference mesh.ply --report poor.jsonl
+draw --budget 0.001ms --reference mesh.ply --report poor.jsonl 2>&1 | sed 's/took [0-9.e+]* ms/took T ms/'
 grep -c '"holes":0,' poor.jsonl
 grep -o '"overshoot":[0-9.]*' poor.jsonl | awk -F: '$2 > 1 { ++late } END { print late " late" }'
 grep -o '"threshold_px":[0-9.]*' poor.jsonl | awk -F: '$2 > 1 { ++coarse } END { print coarse " coarser than 1 px" }'
-draw --budget 0.001ms --verbose --threshold-diameter 4 --report poor.jsonl 2>&1 | grep budget
+grep -o '"predicted_ms":[0-9.]*' poor.jsonl | awk -F: '$2 > 0.001 { ++late } END { print late " expected to be late" }'
+draw --budget 0.001ms --quiet --threshold-diameter 4 --report poor.jsonl
+draw --budget 1m --verbose --threshold-diameter 4 --report rich.jsonl 2>&1 | grep budget
 grep -o '"threshold_diameter_px":[0-9.]*' poor.jsonl | awk -F: '$2 >= 4 { ++coarse } END { print coarse " coarser" }'
