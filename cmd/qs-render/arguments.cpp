@@ -235,6 +235,11 @@ void check_sizes(const Arguments& a) {
                      a.samples.c_str(), a.resolution[0], a.resolution[1], render::kMostSamples / across));
 }
 
+void check_budget(const Arguments& a) {
+    if (a.has_budget() && !a.tile.empty())
+        throw UsageError("--budget: not with --tile; tiles whose thresholds are chosen by time have seams");
+}
+
 void check_stereo(const Arguments& a) {
     if (!a.is_stereo && a.eye_angle->count() > 0) throw UsageError("--eye-angle: needs --stereo");
     for (const std::string& name : {a.output, a.depth}) {
@@ -289,6 +294,7 @@ void check(const Arguments& a, const std::vector<Source>& sources) {
     format_of(a);
     backend_of(a);
     for (const std::string& name : {a.output, a.depth}) render::has_frame_number(name);
+    check_budget(a);
     check_stereo(a);
     check_look(a);
     if (!a.reference.empty() && a.shade == "level")
