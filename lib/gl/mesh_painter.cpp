@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <string>
 #include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "gl/objects.h"
 #include "gl/picture.h"
-#include "gl/shading_source.h"
+#include "gl/triangle_shaders.h"
 #include "render/raster.h"
 #include "render/shading.h"
 
@@ -30,48 +28,6 @@ constexpr int kMostPart = 4096;
 constexpr float kNearest = 1.0e-6f;
 
 constexpr size_t kGrain = 4096;  // vertices handed to a thread at a time
-
-constexpr const char* kVertex = R"(
-layout(location = 0) in vec3 place;   // in view space, in units of the scene
-layout(location = 1) in vec3 normal_in;
-layout(location = 2) in vec3 material_in;  // 0..255
-
-uniform vec2 principal;  // where the line of sight meets the part, in its pixels
-uniform vec2 size;       // of the part
-uniform float focal;
-uniform float nearest;
-
-out vec3 normal;
-out vec3 material;
-
-void main() {
-    normal = normal_in;
-    material = material_in;
-    // Window coordinates of the part, times depth; the frame's y points down, as rows are read from 0.
-    vec2 window = focal * place.xy + principal * place.z;
-    gl_Position = vec4(2.0 * window / size - place.z, 2.0 * nearest - place.z, place.z);
-}
-)";
-
-constexpr const char* kFragment = R"(
-in vec3 normal;
-in vec3 material;
-
-layout(location = 0) out uvec2 result;
-
-uniform vec2 limits;     // least and greatest inverse depth
-uniform float nearest;
-uniform mat3 view_from_world;
-
-void main() {
-    float w = gl_FragCoord.w;
-    if (w < limits.x || w > limits.y) discard;
-    gl_FragDepth = clamp(w * nearest, 1.0e-37, 1.0);
-    float squares = dot(normal, normal);
-    vec3 n = squares > 0.0 ? view_from_world * (normal / sqrt(squares)) : vec3(0);
-    result = uvec2(floatBitsToUint(w), shaded(n, material));
-}
-)";
 
 // A vertex's attributes that stay from frame to frame.
 struct Look {
@@ -175,8 +131,7 @@ double MeshPainter::State::scale_of(const geom::View& view) const {
 
 GLuint MeshPainter::State::program_of(const Use& gl, Shade shade) {
     GLuint& program = programs[shade];
-    const std::string heading = shading_source(shade);
-    if (program == 0) program = make_program(gl, heading + kVertex, heading + kFragment);
+    if (program == 0) program = make_triangle_program(gl, {shade, false});
     return program;
 }
 
@@ -191,16 +146,9 @@ void MeshPainter::draw(const geom::View& view, const render::Look& look, render:
     s.send_places(gl, view, scale);
     const GLuint program = s.program_of(gl, grey ? Shade::lit : look.shade);
     gl->UseProgram(program);
-    set_light(gl, program, render::light_of(look, view));
-    const auto uniform = [&](const char* name) { return gl->GetUniformLocation(program, name); };
     const double nearest = std::max(view.near.value_or(0) * scale * (1 - 1e-6), double(kNearest));
-    constexpr double kMost = std::numeric_limits<float>::max();
-    gl->Uniform2f(uniform("limits"), view.far ? float(std::min(1 / (*view.far * scale), kMost)) : 0,
-                  float(view.near ? std::min(1 / (*view.near * scale), kMost) : kMost));
-    gl->Uniform1f(uniform("nearest"), float(nearest));
-    gl->Uniform1f(uniform("focal"), float(view.focal_px) * kSteps);
     const glm::mat3 view_from_world = glm::transpose(glm::dmat3(view.right, view.down, view.forward));
-    gl->UniformMatrix3fv(uniform("view_from_world"), 1, GL_FALSE, &view_from_world[0][0]);
+    set_uniforms(gl, program, {view, scale, nearest, render::light_of(look, view), view_from_world});
     gl->Enable(GL_DEPTH_TEST);
     gl->DepthFunc(GL_GREATER);
     gl->BindVertexArray(s.array);
@@ -212,9 +160,7 @@ void MeshPainter::draw(const geom::View& view, const render::Look& look, render:
         gl->Viewport(0, 0, width, height);
         clear_uints(gl);
         clear_depth(gl);
-        const glm::vec2 principal((view.principal_in_raster() - glm::dvec2(part.x, part.y)) * double(kSteps));
-        gl->Uniform2f(uniform("principal"), principal.x, principal.y);
-        gl->Uniform2f(uniform("size"), float(width), float(height));
+        set_part(gl, program, view, part, kSteps);
         gl->DrawElements(GL_TRIANGLES, GLsizei(3 * s.mesh.triangles.size()), GL_UNSIGNED_INT, nullptr);
         gl.check(core::text("drawing %zu triangles", s.mesh.triangles.size()));
         read_part(gl, part, kSteps, 1 / scale, look, s.read_back, frame);

@@ -14,6 +14,7 @@
 #include "gl/picture.h"
 #include "gl/shading_source.h"
 #include "gl/splat_shaders.h"
+#include "gl/triangle_pass.h"
 #include "render/splat_record.h"
 
 namespace gl {
@@ -78,12 +79,14 @@ struct SplatPainter::State {
     std::unique_ptr<Texture> result, depth;
     std::unique_ptr<Framebuffer> target, resolve_target;
     std::unique_ptr<Smoothing> smoothing;
+    std::unique_ptr<TrianglePass> triangles;
     std::map<SplatVariant, GLuint> programs;  // those of the splats
     std::map<SplatVariant, GLuint> resolves;
     std::vector<uint32_t> read_back;
 
     // Of the frame that is being finished.
     size_t point_count = 0, quad_count = 0;
+    bool has_triangles = false;
     float depth_scale = 1;
 
     void make_arrays(const Use& gl);
@@ -106,6 +109,7 @@ SplatPainter::SplatPainter(std::unique_ptr<Device> device) : state_(std::make_un
     s.target = std::make_unique<Framebuffer>(gl, std::vector<const Texture*>{s.result.get()}, s.depth.get());
     s.resolve_target =
         std::make_unique<Framebuffer>(gl, std::vector<const Texture*>{s.result.get()}, nullptr);
+    s.triangles = std::make_unique<TrianglePass>(gl, *s.result);
     s.make_arrays(gl);
     gl.check("being set up");
 }
@@ -147,6 +151,11 @@ void SplatPainter::begin(const geom::View& view, const render::SplatterOptions& 
         s.tasks[i].quads.clear();
         s.tasks[i].most_w = 0;
     }
+    s.triangles->begin(task_count);
+}
+
+void SplatPainter::add(size_t task, const render::TriangleBatch& batch) {
+    state_->triangles->add(state_->params.options, task, batch);
 }
 
 void SplatPainter::add(size_t task_index, const render::SplatBatch& batch) {
@@ -209,7 +218,7 @@ void SplatPainter::State::upload(const Use& gl) {
 
 SplatVariant SplatPainter::State::variant(SplatPass pass, bool quads) const {
     const render::SplatterOptions& options = params.options;
-    return {pass, options.kind, options.look.shade, options.has_colour, params.has_limits(), quads};
+    return {pass, options.kind, options.look.shade, options.has_colour, params.has_limits(), has_triangles, quads};
 }
 
 void SplatPainter::State::draw_variant(const Use& gl, const Part& part, const SplatVariant& variant,
@@ -231,6 +240,8 @@ void SplatPainter::State::draw_variant(const Use& gl, const Part& part, const Sp
     gl->Uniform2f(uniform("limits"), std::max(params.least_w, -kMost), std::min(params.most_w, kMost));
     gl->Uniform1f(uniform("depth_scale"), depth_scale);
     gl->Uniform1i(uniform("front"), 0);
+    gl->Uniform1i(uniform("triangles"), 1);
+    gl->Uniform1f(uniform("triangle_lead"), params.triangle_lead);
     if (variant.quads) {
         gl->BindVertexArray(quad_array);
         gl->DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, GLsizei(count));
@@ -248,7 +259,7 @@ void SplatPainter::State::draw_splats(const Use& gl, const Part& part, SplatPass
 void SplatPainter::State::draw_nearest(const Use& gl, const Part& part) {
     depth->grow(gl, part.width, part.height);
     target->bind(gl);
-    clear_uints(gl);
+    if (!has_triangles) clear_uints(gl);
     clear_depth(gl);
     gl->Enable(GL_DEPTH_TEST);
     draw_splats(gl, part, SplatPass::nearest);
@@ -287,7 +298,7 @@ void SplatPainter::State::draw_smooth(const Use& gl, const Part& part) {
 
 void SplatPainter::State::resolve(const Use& gl) {
     resolve_target->bind(gl);
-    clear_uints(gl);
+    if (!has_triangles) clear_uints(gl);
     const SplatVariant key = variant(SplatPass::sum, false);
     GLuint& program = resolves[key];
     if (program == 0) program = make_program(gl, screen_vertex_source(), resolve_source(key));
@@ -309,6 +320,7 @@ void SplatPainter::finish(render::Frame& frame) {
     frame.resize(view.width, view.height);
     const Use gl(*s.device);
     s.upload(gl);
+    s.has_triangles = s.triangles->upload(gl);
     gl->Enable(GL_PROGRAM_POINT_SIZE);
     gl->DepthFunc(GL_GREATER);
     const render::SplatterOptions& options = s.params.options;
@@ -316,8 +328,13 @@ void SplatPainter::finish(render::Frame& frame) {
          parts_of(view.width, view.height, std::min(kMostPart, s.device->largest_texture()))) {
         s.result->grow(gl, part.width, part.height);
         gl->Viewport(0, 0, part.width, part.height);
+        if (s.has_triangles) {
+            s.triangles->draw(gl, s.params, part);
+            s.triangles->inverse_depths().bind(gl, 1);
+        }
         options.kind == SplatKind::smooth ? s.draw_smooth(gl, part) : s.draw_nearest(gl, part);
-        gl.check(core::text("drawing %zu splats", s.point_count + s.quad_count));
+        gl.check(core::text("drawing %zu splats and %zu triangles", s.point_count + s.quad_count,
+                            s.has_triangles ? s.triangles->count() : 0));
         read_part(gl, part, 1, options.depth_unit, options.look, s.read_back, frame);
     }
 }

@@ -174,6 +174,10 @@ uniform vec2 origin;
 uniform float focal;
 uniform vec2 limits;       // least and greatest inverse depth
 uniform float depth_scale; // from inverse depths to GL's
+#if HAS_TRIANGLES
+uniform sampler2D triangles;  // their inverse depths
+uniform float triangle_lead;  // by which they are multiplied against those of splats
+#endif
 
 struct Fragment {
     float w, t, push;
@@ -228,6 +232,9 @@ Fragment splat_fragment() {
 #endif
 #if HAS_LIMITS
     if (!(f.w >= limits.x && f.w <= limits.y)) discard;
+#endif
+#if HAS_TRIANGLES
+    if (!(f.w > texelFetch(triangles, ivec2(gl_FragCoord.xy), 0).r * triangle_lead)) discard;
 #endif
     return f;
 }
@@ -325,7 +332,8 @@ std::string heading(const SplatVariant& v) {
     std::string text = shading_source(v.shade) + "#define SQUARE 0\n#define CIRCLE 1\n";
     text += core::text("#define KIND %d\n#define HAS_COLOUR %d\n#define HAS_LIMITS %d\n#define QUADS %d\n",
                        int(v.kind), int(v.has_colour), int(v.has_limits), int(v.quads));
-    text += core::text("#define HAS_MATERIAL %d\n", int(v.has_material()));
+    text += core::text("#define HAS_MATERIAL %d\n#define HAS_TRIANGLES %d\n", int(v.has_material()),
+                       int(v.has_triangles));
     text += core::text("#define EDGE %.9g\n#define GROWTH %.9g\n#define MIN_FLATNESS %.9g\n",
                        double(render::kEdge), double(render::kGrowth), double(render::kMinFlatness));
     text += core::text("#define MIN_CLEARANCE %.9g\n#define MIN_BOUNDED_CLEARANCE %.9g\n",

@@ -28,6 +28,10 @@ inline constexpr double kRounding = 48 * 0x1p-53;
 // pixel centre (X, Y), counted from the middle of the frame, is (X, Y, 1) in these coordinates.
 using Ray = glm::dvec3;
 
+inline Ray ray_of(const geom::View& view, double x, double y, double z) {
+    return {view.focal_px * x, view.focal_px * y, z};
+}
+
 // Where a vertex falls among the pixel centres: those at or right of (below) it begin at `first`, those at or
 // left of (above) it end at `last`, give or take the rounding of the projection.  The ends are kept as ~last,
 // so that the box of a triangle is the least of each of its vertices' four numbers.
@@ -124,6 +128,12 @@ inline PixelBox box_across_eye(const Raster& raster, const Ray& a, const Ray& b,
         if (beyond(a.y, a.z, h, sign) && beyond(b.y, b.z, h, sign) && beyond(c.y, c.z, h, sign)) return none;
     }
     return raster.all();
+}
+
+// The pixels that a triangle may cover; `all`: the least of its corners' spans.
+inline PixelBox box_of(const Raster& raster, const Span& all, const Ray& a, const Ray& b, const Ray& c) {
+    if (all.first_x == kBehind) return box_across_eye(raster, a, b, c);
+    return {all.first_x, all.first_y, ~all.not_last_x, ~all.not_last_y};
 }
 
 // A triangle ready to be drawn.  Edge i is opposite vertex i; value(i, X, Y) > 0 where the ray through (X, Y)

@@ -185,8 +185,7 @@ struct MeshRaster::State {
     // The pixels that a triangle may cover.
     PixelBox box_of(const Raster& raster, const glm::u32vec3& t) const {
         const Span all = least(least(spans[t[0]], spans[t[1]]), spans[t[2]]);
-        if (all.first_x == kBehind) return box_across_eye(raster, rays[t[0]], rays[t[1]], rays[t[2]]);
-        return {all.first_x, all.first_y, ~all.not_last_x, ~all.not_last_y};
+        return render::box_of(raster, all, rays[t[0]], rays[t[1]], rays[t[2]]);
     }
 
     void sort_into_tiles(const TiledRaster& raster) {

@@ -84,6 +84,7 @@ struct SetupParams {
     Light light;
     // Inverse depths, in those of the splats, of the view's far and near: nothing else is drawn.
     float least_w, most_w;
+    float triangle_lead;  // by which inverse depths of triangles are multiplied against those of splats
 
     SetupParams() = default;
     SetupParams(const geom::View& seen, const SplatterOptions& wanted);

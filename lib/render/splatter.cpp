@@ -11,6 +11,7 @@
 #include "core/parallel.h"
 #include "render/splat_record.h"
 #include "render/tile.h"
+#include "render/tile_triangles.h"
 
 namespace render {
 namespace {
@@ -19,7 +20,75 @@ namespace {
 struct alignas(64) Task {
     TileBins* bins = nullptr;  // while splats are added
     std::vector<TileRun> runs;
+    TriangleBins* triangle_bins = nullptr;  // while triangles are added
+    std::vector<TriangleRun> triangle_runs;
     std::vector<NearSplat> near_splats;
+};
+
+// Bins that tasks borrow: as many as there were tasks with splats, or triangles, at one time.
+template <class Bins>
+class Pool {
+  public:
+    void begin(const TileGrid& grid) {
+        across_ = grid.across, down_ = grid.down;
+        free_.clear();
+        for (const auto& bins : all_) {
+            bins->begin(across_, down_);
+            free_.push_back(bins.get());
+        }
+    }
+
+    Bins* take() {
+        const std::scoped_lock lock(mutex_);
+        if (free_.empty()) {
+            all_.push_back(std::make_unique<Bins>());
+            all_.back()->begin(across_, down_);
+            free_.push_back(all_.back().get());
+        }
+        Bins* taken = free_.back();
+        free_.pop_back();
+        return taken;
+    }
+
+    void give_back(Bins* bins) {
+        const std::scoped_lock lock(mutex_);
+        free_.push_back(bins);
+    }
+
+  private:
+    int across_ = 0, down_ = 0;
+    std::vector<std::unique_ptr<Bins>> all_;
+    std::vector<Bins*> free_;  // those that no task has now
+    std::mutex mutex_;         // of both
+};
+
+// The runs of all tasks, tile by tile, tasks in order.
+template <class Run>
+class RunsOfTiles {
+  public:
+    // Counting sort of `runs`, a member of the first `task_count` tasks; some thousands.
+    void sort(const std::vector<Task>& tasks, size_t task_count, std::vector<Run> Task::*runs, size_t tiles) {
+        begins_.assign(tiles + 1, 0);
+        for (size_t t = 0; t < task_count; ++t)
+            for (const Run& run : tasks[t].*runs) ++begins_[run.tile + 1];
+        for (size_t tile = 0; tile < tiles; ++tile) begins_[tile + 1] += begins_[tile];
+        runs_.resize(begins_[tiles]);
+        // From the last down, so that begins_[tile + 1] becomes the tile's.
+        for (size_t t = task_count; t-- > 0;) {
+            const std::vector<Run>& of_task = tasks[t].*runs;
+            for (size_t i = of_task.size(); i-- > 0;) runs_[--begins_[of_task[i].tile + 1]] = of_task[i];
+        }
+    }
+
+    std::span<const Run> of(size_t tile) const {
+        const size_t begin = begins_[tile + 1];
+        const size_t end = tile + 2 < begins_.size() ? begins_[tile + 2] : runs_.size();
+        return std::span(runs_).subspan(begin, end - begin);
+    }
+
+  private:
+    std::vector<uint32_t> begins_;
+    std::vector<Run> runs_;
 };
 
 // 1 / depth, both in units of the splats; `otherwise` where there is no depth.
@@ -35,6 +104,7 @@ SetupParams::SetupParams(const geom::View& seen, const SplatterOptions& wanted)
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     least_w = inverse_of(view.far, options.depth_unit, -kInfinity);
     most_w = inverse_of(view.near, options.depth_unit, kInfinity);
+    triangle_lead = float(std::min(1 + options.push_back_px / seen.focal_px, 1.0e30));
 }
 
 struct Splatter::State {
@@ -43,18 +113,16 @@ struct Splatter::State {
     size_t task_count = 0;
     std::vector<Task> tasks;
 
-    // As many as there were tasks with splats at one time; those that no task has now.
-    std::vector<std::unique_ptr<TileBins>> bins;
-    std::vector<TileBins*> free_bins;
-    std::mutex mutex;  // of both
+    Pool<TileBins> bins;
+    Pool<TriangleBins> triangle_bins;
 
-    // Filled by finish(): runs of all tasks, tile by tile, tasks in order.
-    std::vector<uint32_t> run_begins;
-    std::vector<TileRun> runs;
+    // Filled by finish().
+    RunsOfTiles<TileRun> runs;
+    RunsOfTiles<TriangleRun> triangle_runs;
     std::vector<NearSplat> near_splats;
     tbb::enumerable_thread_specific<TileScratch> scratches;
+    tbb::enumerable_thread_specific<TriangleScratch> triangle_scratches;
 
-    TileBins* take_bins();
     void sort_runs();
     void fill_background(const TileJob& job, Frame& frame) const;
     void finish(Frame& frame, geom::OcclusionMap* map);
@@ -74,56 +142,42 @@ void Splatter::begin(const geom::View& view, const SplatterOptions& options, siz
         s.tasks[i].bins = nullptr;
         s.tasks[i].near_splats.clear();
         s.tasks[i].runs.clear();
+        s.tasks[i].triangle_bins = nullptr;
+        s.tasks[i].triangle_runs.clear();
     }
-    s.free_bins.clear();
-    for (const auto& bins : s.bins) {
-        bins->begin(s.grid.across, s.grid.down);
-        s.free_bins.push_back(bins.get());
-    }
-}
-
-TileBins* Splatter::State::take_bins() {
-    const std::scoped_lock lock(mutex);
-    if (free_bins.empty()) {
-        bins.push_back(std::make_unique<TileBins>());
-        bins.back()->begin(grid.across, grid.down);
-        free_bins.push_back(bins.back().get());
-    }
-    TileBins* taken = free_bins.back();
-    free_bins.pop_back();
-    return taken;
+    s.bins.begin(s.grid);
+    s.triangle_bins.begin(s.grid);
 }
 
 void Splatter::add(size_t task_index, const SplatBatch& batch) {
     Task& task = state_->tasks[task_index];
-    if (!task.bins) task.bins = state_->take_bins();
+    if (!task.bins) task.bins = state_->bins.take();
     bin_splats(state_->params, batch, *task.bins, task.runs, task.near_splats);
+}
+
+void Splatter::add(size_t task_index, const TriangleBatch& batch) {
+    Task& task = state_->tasks[task_index];
+    if (!task.triangle_bins) task.triangle_bins = state_->triangle_bins.take();
+    task.triangle_bins->add(state_->params, batch);
 }
 
 void Splatter::end_task(size_t task_index) {
     Task& task = state_->tasks[task_index];
-    if (!task.bins) return;
-    task.bins->end_task(task.runs);
-    const std::scoped_lock lock(state_->mutex);
-    state_->free_bins.push_back(std::exchange(task.bins, nullptr));
+    const auto end = [](auto*& bins, auto& runs, auto& pool) {
+        if (!bins) return;
+        bins->end_task(runs);
+        pool.give_back(std::exchange(bins, nullptr));
+    };
+    end(task.bins, task.runs, state_->bins);
+    end(task.triangle_bins, task.triangle_runs, state_->triangle_bins);
 }
 
-// Counting sort of the tasks' runs by tile; some thousands.
 void Splatter::State::sort_runs() {
-    const size_t tiles = grid.count();
-    run_begins.assign(tiles + 1, 0);
+    runs.sort(tasks, task_count, &Task::runs, grid.count());
+    triangle_runs.sort(tasks, task_count, &Task::triangle_runs, grid.count());
     near_splats.clear();
-    for (size_t t = 0; t < task_count; ++t) {
-        for (const TileRun& run : tasks[t].runs) ++run_begins[run.tile + 1];
+    for (size_t t = 0; t < task_count; ++t)
         near_splats.insert(near_splats.end(), tasks[t].near_splats.begin(), tasks[t].near_splats.end());
-    }
-    for (size_t tile = 0; tile < tiles; ++tile) run_begins[tile + 1] += run_begins[tile];
-    runs.resize(run_begins[tiles]);
-    // From the last down, so that run_begins[tile + 1] becomes the tile's.
-    for (size_t t = task_count; t-- > 0;) {
-        const std::vector<TileRun>& of_task = tasks[t].runs;
-        for (size_t i = of_task.size(); i-- > 0;) runs[--run_begins[of_task[i].tile + 1]] = of_task[i];
-    }
 }
 
 void Splatter::State::fill_background(const TileJob& job, Frame& frame) const {
@@ -170,9 +224,7 @@ void Splatter::State::draw(size_t tile, Frame& frame, geom::OcclusionMap* map) {
     const int across = params.options.look.samples_across;
     job.frame_at = size_t((job.y0 + job.top - outside.top) / across) * size_t(frame.width) +
                    size_t((job.x0 + job.left - outside.left) / across);
-    const size_t begin = run_begins[tile + 1];
-    const size_t end = tile + 2 < run_begins.size() ? run_begins[tile + 2] : runs.size();
-    job.runs = std::span(runs).subspan(begin, end - begin);
+    job.runs = runs.of(tile);
     job.near_splats = near_splats;
     if (map && map->is_repeated()) {
         if (!any_block(job, [&](int x, int y) { return map->is_unproven(x, y); })) return;
@@ -180,7 +232,13 @@ void Splatter::State::draw(size_t tile, Frame& frame, geom::OcclusionMap* map) {
     } else if (map && any_block(job, [&](int x, int y) { return map->limit(x, y) > 0; })) {
         job.map = map;
     }
-    if (job.runs.empty() && job.near_splats.empty() && !job.map) return fill_background(job, frame);
+    if (const auto triangles = triangle_runs.of(tile); !triangles.empty()) {
+        TriangleScratch& scratch = triangle_scratches.local();
+        draw_triangles(params, job.x0, job.y0, triangles, scratch);
+        job.triangles = &scratch.shown;
+    }
+    if (job.runs.empty() && job.near_splats.empty() && !job.triangles && !job.map)
+        return fill_background(job, frame);
     draw_tile(params, job, scratches.local(), frame);
 }
 

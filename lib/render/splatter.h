@@ -1,4 +1,4 @@
-// The CPU splatter: flat ellipsoids in, a shaded frame out.
+// The CPU splatter: flat ellipsoids and triangles in, a shaded frame out.
 //
 // Splats come in batches from numbered tasks (subtrees of a model).  Each task's splats are sorted into
 // tiles of the screen; then each tile's are set up (projected, a vector at a time) and drawn on their
@@ -13,6 +13,9 @@
 // p.u; it runs between the two points where a ray meets the ellipsoid, is linear in the picture, and is
 // bounded where the plane of a flat disc is not.  How the outline is found without cancellation:
 // splat_setup.cpp.
+//
+// Of each tile the triangles are drawn first (tile_triangles.h), so that the order in which they came among the
+// splats is of no matter; then a pixel takes only the splats in front of its triangle.
 //
 // Of several samples a pixel each is drawn as a pixel of a larger picture would be, in tiles that are
 // averaged as they are finished: a frame takes no more memory than one of a sample each.
@@ -50,13 +53,16 @@ class Splatter final : public SplatPainter {
     // eye, squares and circles with their centre behind it, and of every splat the pixels where its depth is
     // not between the view's near and far (to within 1e-6 of it).
     void add(size_t task, const SplatBatch& batch) override;
+    // Covers and depths are MeshRaster's of the same corners; depths to within 1e-6 of them.
+    void add(size_t task, const TriangleBatch& batch) override;
     void end_task(size_t task) override;
 
     // Sets up, draws and shades all tiles in parallel.
     void finish(Frame& frame) override;
 
     // The same for a frame that lacks what `map` hides.  Marks its blocks where that may show; once the map
-    // is repeated, of a frame that was begun anew, writes those blocks only.
+    // is repeated, of a frame that was begun anew, writes those blocks only.  There is no triangle in the frame,
+    // nor among what is hidden: a hidden triangle pushes back splats that are in front of it.
     void finish(Frame& frame, geom::OcclusionMap& map);
 
   private:

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "render/tile_triangles.h"
+
 // Vectors are members of structs here, which those of unknown length cannot be; ARM has NEON as well.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
@@ -164,9 +166,13 @@ struct Blend {
     }
 };
 
-// A pixel that takes only what is between the view's near and far.
+// A pixel that takes only what is between the view's near and far, and in front of its triangle.  Of several
+// samples a cover is in front of none, as it is in front of no core: a triangle is nothing but core.
 template <class Pixel>
 struct Limited : Pixel {
+    static constexpr int kLimit = Pixel::kPlanes, kPlanes = Pixel::kPlanes + 1;
+    static_assert(kPlanes <= kMaxPlanes);
+
     V least_w, most_w;
 
     HWY_INLINE explicit Limited(const Surface& surface)
@@ -174,10 +180,17 @@ struct Limited : Pixel {
 
     HWY_INLINE void put(const Fragment& f, float* HWY_RESTRICT at) const {
         Fragment shown = f;
-        shown.inside = hn::And(f.inside, hn::And(hn::Ge(f.w, least_w), hn::Le(f.w, most_w)));
+        const M in_front = hn::Gt(f.order, hn::Load(F(), at + kLimit * kBlockPixels));
+        const M in_range = hn::And(hn::Ge(f.w, least_w), hn::Le(f.w, most_w));
+        shown.inside = hn::And(f.inside, hn::And(in_range, in_front));
         Pixel::put(shown, at);
     }
 };
+
+template <class Pixel>
+inline constexpr bool kIsLimited = false;
+template <class Pixel>
+inline constexpr bool kIsLimited<Limited<Pixel>> = true;
 
 // What a splat covers: with layers its core counts as nearer than the cover of any splat, the rest of the
 // ellipsoid, wherever they are.
@@ -197,6 +210,10 @@ HWY_INLINE void put_layers(const Pixel& pixel, const Fragment& f, M core, float*
 template <class Pixel>
 HWY_INLINE float* block_at(float* state, int bx, int by) {
     return state + size_t(by * kBlocksAcross + bx) * Pixel::kPlanes * kBlockPixels;
+}
+
+HWY_INLINE size_t block_index(int x, int y) {
+    return size_t(y / kBlockSize * kBlocksAcross + x / kBlockSize);
 }
 
 // Samples one splat at all pixels of the tile that its record names.  Blocks that turn out to be empty are
@@ -451,11 +468,23 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
                 const V order = hn::Load(d, at);
                 const M drawn = hn::Gt(order, hn::Set(d, kNothing));
                 const V depth = hn::Div(unit, Pixel::inverse_depth(at));
-                hn::Store(hn::IfThenElse(drawn, depth, no_depth), d, block_depths + lane);
+                V depth_behind = no_depth;
+                auto colour_behind = no_colour;
+                if constexpr (kIsLimited<Pixel>) {
+                    if (job.triangles) {
+                        const size_t triangle = block_index(x, y) * kBlockPixels + lane;
+                        const V w = hn::Load(d, job.triangles->w + triangle);
+                        const auto colour = hn::Or(hn::Load(U(), job.triangles->colour + triangle), core);
+                        const M is_there = hn::Gt(w, hn::Set(d, kNoTriangle));
+                        depth_behind = hn::IfThenElse(is_there, hn::Div(unit, w), no_depth);
+                        colour_behind = hn::IfThenElse(hn::RebindMask(U(), is_there), colour, no_colour);
+                    }
+                }
+                hn::Store(hn::IfThenElse(drawn, depth, depth_behind), d, block_depths + lane);
                 const auto mark =
                     hn::IfThenElse(hn::RebindMask(U(), hn::Lt(order, hn::Zero(d))), cover, core);
                 const auto shaded = hn::Or(Pixel::shade(params, at), mark);
-                hn::Store(hn::IfThenElse(hn::RebindMask(U(), drawn), shaded, no_colour), U(),
+                hn::Store(hn::IfThenElse(hn::RebindMask(U(), drawn), shaded, colour_behind), U(),
                           block_colours + lane);
             }
             for (int row = 0; row < kBlockSize; ++row) {
@@ -478,12 +507,21 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
 }
 
 template <class Pixel>
-void clear(float* state) {
+void clear(const SetupParams& params, const TileJob& job, float* state) {
     const F d;
     for (int block = 0; block < kBlocksAcross * (kTileHeight / kBlockSize); ++block) {
         float* at = state + size_t(block) * Pixel::kPlanes * kBlockPixels;
         for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d))
             hn::Store(hn::Set(d, kNothing), d, at + lane);
+        if constexpr (kIsLimited<Pixel>) {
+            const V lead = hn::Set(d, params.triangle_lead);
+            for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
+                const V limit =
+                    job.triangles ? hn::Mul(hn::Load(d, job.triangles->w + block * kBlockPixels + lane), lead)
+                                  : hn::Set(d, kNothing);
+                hn::Store(limit, d, at + Pixel::kLimit * kBlockPixels + lane);
+            }
+        }
     }
 }
 
@@ -492,10 +530,6 @@ template <class Body>
 HWY_INLINE void for_blocks(const TileJob& job, const Body& body) {
     for (int y = job.top / kBlockSize * kBlockSize; y < job.bottom; y += kBlockSize)
         for (int x = job.left / kBlockSize * kBlockSize; x < job.right; x += kBlockSize) body(x, y);
-}
-
-HWY_INLINE size_t block_index(int x, int y) {
-    return size_t(y / kBlockSize * kBlocksAcross + x / kBlockSize);
 }
 
 // Where something is hidden, pixels begin as if the nearest of it had been drawn already, but with what is no
@@ -552,7 +586,7 @@ HWY_INLINE void fetch_ahead(const TileRun& run) {
 
 template <class Pixel, Shape kShape>
 void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
-    clear<Pixel>(scratch.state);
+    clear<Pixel>(params, job, scratch.state);
     const bool lacks_hidden = job.map && !job.map->is_repeated();
     if (lacks_hidden) hide<Pixel>(job, scratch.limits, scratch.state);
     for (const NearSplat& splat : job.near_splats) draw_near_splat<Pixel>(splat, params, job, scratch.state);
@@ -570,7 +604,8 @@ void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scr
 
 template <class Pixel, Shape kShape>
 void draw_and_shade(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
-    if (params.has_limits()) return draw_pixels<Limited<Pixel>, kShape>(params, job, scratch, frame);
+    if (params.has_limits() || job.triangles)
+        return draw_pixels<Limited<Pixel>, kShape>(params, job, scratch, frame);
     draw_pixels<Pixel, kShape>(params, job, scratch, frame);
 }
 
@@ -586,7 +621,9 @@ const char* name_of_target() {
 
 void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
     const SplatterOptions& options = params.options;
-    if (options.kind == SplatKind::square)
+    // Without splats they are drawn alike, as the cheapest.
+    const bool has_splats = !job.runs.empty() || !job.near_splats.empty();
+    if (options.kind == SplatKind::square || !has_splats)
         return draw_and_shade<Nearest, Shape::square>(params, job, scratch, frame);
     if (options.kind != SplatKind::smooth) return draw_outlines<Nearest>(params, job, scratch, frame);
     const ShadingNeeds needs = needs_of(options);

@@ -17,8 +17,10 @@ namespace render {
 
 inline constexpr int kBlockSize = 4;
 inline constexpr int kBlockPixels = kBlockSize * kBlockSize;
-inline constexpr int kMaxPlanes = 10;
+inline constexpr int kMaxPlanes = 11;
 inline constexpr size_t kTileStateFloats = size_t(kTileWidth) * kTileHeight * kMaxPlanes;
+
+struct TileTriangles;
 
 struct TileJob {
     int x0, y0;                    // first sample, of the picture
@@ -26,6 +28,7 @@ struct TileJob {
     size_t frame_at;               // pixel of the frame that its (left, top) is
     std::span<const TileRun> runs;
     std::span<const NearSplat> near_splats;
+    const TileTriangles* triangles = nullptr;  // null: there are none
     // Of what is not among these because it is hidden; null: nothing is.
     geom::OcclusionMap* map = nullptr;
 };

@@ -50,6 +50,7 @@ class Recorder final : public render::SplatPainter {
         splats_ = {view, options, std::vector<std::vector<render::SplatBatch>>(tasks)};
     }
     void add(size_t task, const render::SplatBatch& batch) override { splats_.tasks[task].push_back(batch); }
+    void add(size_t, const render::TriangleBatch&) override { ADD_FAILURE() << "a triangle of points"; }
     void end_task(size_t) override {}
     void finish(Frame&) override {}
 

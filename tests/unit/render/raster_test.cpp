@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/parallel.h"
+#include "hybrid_scene.h"
 #include "mesh/distance.h"
 
 namespace {
@@ -15,6 +16,7 @@ using geom::View;
 using mesh::Mesh;
 using render::Frame;
 using render::Shade;
+using render_test::icosphere;
 
 View axis_view(int width, int height, double focal_px) {
     View view;
@@ -41,38 +43,6 @@ int count_covered(const Frame& frame) {
     for (int y = 0; y < frame.height; ++y)
         for (int x = 0; x < frame.width; ++x) count += covered(frame, x, y);
     return count;
-}
-
-// Subdivided `levels` times; all vertices at distance 1 from the middle.
-Mesh icosphere(int levels) {
-    Mesh mesh;
-    const float g = std::sqrt(1.25f) + 0.5f;
-    for (const float s : {-1.0f, 1.0f})
-        for (const float t : {-g, g})
-            for (const glm::vec3& p : {glm::vec3(0, s, t), glm::vec3(s, t, 0), glm::vec3(t, 0, s)})
-                mesh.positions.push_back(glm::normalize(p));
-    const auto next = [&](size_t a, size_t b) {
-        return glm::distance(mesh.positions[a], mesh.positions[b]) < 1.1f;
-    };
-    for (uint32_t a = 0; a < 12; ++a)
-        for (uint32_t b = a + 1; b < 12; ++b)
-            for (uint32_t c = b + 1; c < 12; ++c)
-                if (next(a, b) && next(b, c) && next(c, a)) mesh.triangles.push_back({a, b, c});
-    for (int level = 0; level < levels; ++level) {
-        std::map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
-        std::vector<glm::u32vec3> finer;
-        const auto middle = [&](uint32_t a, uint32_t b) {
-            const auto [at, added] = middles.try_emplace(std::minmax(a, b), uint32_t(mesh.positions.size()));
-            if (added) mesh.positions.push_back(glm::normalize(mesh.positions[a] + mesh.positions[b]));
-            return at->second;
-        };
-        for (const glm::u32vec3& t : mesh.triangles) {
-            const uint32_t ab = middle(t[0], t[1]), bc = middle(t[1], t[2]), ca = middle(t[2], t[0]);
-            finer.insert(finer.end(), {{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}});
-        }
-        mesh.triangles = std::move(finer);
-    }
-    return mesh;
 }
 
 // Distance from the middle to the nearest face of a polyhedron around it.
