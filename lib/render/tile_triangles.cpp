@@ -119,7 +119,7 @@ HWY_INLINE void store_narrow(W value, float* at) {
     hn::Store(hn::DemoteTo(DF(), value), DF(), at);
 }
 
-constexpr size_t kAhead = 8;  // triangles that are asked for before they are read
+constexpr size_t kAhead = 16;  // triangles that are asked for before they are read
 
 // What becomes of a triangle, in TriangleScratch::doubt: else how much of that there is.
 constexpr float kDropped = -1, kExact = -2;
@@ -361,11 +361,12 @@ void draw_exactly(const TriangleTile& tile, const TriangleRecord& r) {
     }
 }
 
-// Where in the tile triangles [begin, end) of a run may lie, for the set-up.
-HWY_INLINE void place(const TriangleTile& tile, const PackedTriangle* const* triangles, size_t count) {
+// Where in the tile some triangles of scratch.triangles may lie, for the set-up.
+HWY_INLINE void place(const TriangleTile& tile, size_t begin, size_t count) {
     TriangleScratch& s = tile.scratch;
+    const PackedTriangle* const* const triangles = s.triangles.data() + begin;
     for (size_t i = 0; i < count; ++i) {
-        if (i + kAhead < count) hwy::Prefetch(triangles[i + kAhead]);
+        hwy::Prefetch(triangles[std::min(i + kAhead, s.triangles.size() - 1 - begin)]);
         const PackedTriangle& t = *triangles[i];
         TriangleRecord& r = s.records[i];
         r.triangle = &t;
@@ -383,11 +384,11 @@ HWY_INLINE void place(const TriangleTile& tile, const PackedTriangle* const* tri
 }
 
 template <bool kNormals, bool kColours>
-void draw_run(const TriangleTile& tile, const TriangleRun& run) {
+void draw_all(const TriangleTile& tile) {
     TriangleScratch& s = tile.scratch;
-    for (size_t begin = 0; begin < run.count; begin += TriangleScratch::kGroup) {
-        const size_t count = std::min(run.count - begin, TriangleScratch::kGroup);
-        place(tile, run.triangles + begin, count);
+    for (size_t begin = 0; begin < s.triangles.size(); begin += TriangleScratch::kGroup) {
+        const size_t count = std::min(s.triangles.size() - begin, TriangleScratch::kGroup);
+        place(tile, begin, count);
         set_up_edges(tile, count);
         write_records<kNormals>(tile, count);
         for (size_t i = 0; i < count; ++i) {
@@ -429,12 +430,15 @@ void draw_triangles(const SetupParams& params, int x0, int y0, std::span<const T
                     TriangleScratch& scratch) {
     const TriangleTile tile(params, x0, y0, scratch);
     std::fill_n(scratch.shown.w, kTilePixels, tile.floor_w);
-    for (const TriangleRun& run : runs) {
-        if (tile.has_normals && tile.has_colours) draw_run<true, true>(tile, run);
-        if (tile.has_normals && !tile.has_colours) draw_run<true, false>(tile, run);
-        if (!tile.has_normals && tile.has_colours) draw_run<false, true>(tile, run);
-        if (!tile.has_normals && !tile.has_colours) draw_run<false, false>(tile, run);
-    }
+    scratch.triangles.clear();
+    for (const TriangleRun& run : runs)
+        scratch.triangles.insert(scratch.triangles.end(), run.triangles, run.triangles + run.count);
+    for (size_t i = 0; i < std::min(kAhead, scratch.triangles.size()); ++i)
+        hwy::Prefetch(scratch.triangles[i]);
+    if (tile.has_normals)
+        tile.has_colours ? draw_all<true, true>(tile) : draw_all<true, false>(tile);
+    else
+        tile.has_colours ? draw_all<false, true>(tile) : draw_all<false, false>(tile);
     shade(tile);
 }
 

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "render/triangle_bins.h"
 
@@ -52,6 +53,7 @@ struct TriangleScratch {
     alignas(64) float planes[4][3][kGroup];              // of TriangleRecord: at, dx, dy
     alignas(64) float doubt[kGroup], least_w[kGroup], most_w[kGroup];
     TriangleRecord records[kGroup];
+    std::vector<const PackedTriangle*> triangles;  // of all runs
 };
 
 // Draws the triangles of the tile whose first pixel of the picture is (x0, y0): all of scratch.shown.
