@@ -3,6 +3,7 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 #include <limits>
 #include <mutex>
@@ -79,6 +80,8 @@ class RunsOfTiles {
             for (size_t i = of_task.size(); i-- > 0;) runs_[--begins_[of_task[i].tile + 1]] = of_task[i];
         }
     }
+
+    bool empty() const { return runs_.empty(); }
 
     std::span<const Run> of(size_t tile) const {
         const size_t begin = begins_[tile + 1];
@@ -262,6 +265,7 @@ void Splatter::State::finish(Frame& frame, geom::OcclusionMap* map) {
     frame.alpha.resize(look.has_alpha() ? pixels : 0);
     frame.depth_at = look.depth_at();
     sort_runs();
+    assert(!map || triangle_runs.empty());
     core::parallel_for(grid.count(), [&](size_t tile) { draw(tile, frame, map); });
 }
 

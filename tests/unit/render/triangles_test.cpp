@@ -191,6 +191,25 @@ TEST(Triangles, ObeyNearAndFar) {
     }
 }
 
+// The eyes of a pair look through frustums off their axes, and depths are in the world's unit.
+TEST(Triangles, AreThoseOfTheExactRasterInAnyFrustumAndUnit) {
+    const Mesh ball = render_test::ball(4, {0, 0, 3}, 1);
+    Mesh halved = ball;
+    for (glm::vec3& p : halved.positions) p *= 0.5f;
+    geom::View view = view_of(160, 120, 150);
+    view.near = 2.2, view.far = 2.9;
+    for (const glm::dvec2& shift_px : {glm::dvec2{37.3, -11.7}, {-900.1, 0.2}}) {
+        view.shift_px = shift_px;
+        SplatterOptions options;
+        options.depth_unit = 2;
+        const Difference d =
+            difference(draw(view, options, {triangles_of(halved), {}}), reference(ball, view));
+        EXPECT_LE(d.covered_apart, 2u) << "a depth within a rounding of a limit";
+        EXPECT_LE(d.depth, 2e-6);
+        EXPECT_LE(d.turned, 3u);
+    }
+}
+
 Scene half_and_half(const Mesh& mesh, float cell) {
     return render_test::hybrid_of(mesh, [&](const glm::vec3& p) {
         return (int(std::floor(p.x / cell)) + int(std::floor(p.y / cell))) % 2 != 0;
