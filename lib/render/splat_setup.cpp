@@ -29,6 +29,16 @@ constexpr float kCoreFlatness = 0.1f;
 // No radius in pixels is less: squares of it stay within float.
 constexpr float kMinRadiusPx = 1.0e-5f;
 
+// hn::Iota() writes its lanes one by one and reads them back as a vector, which waits for all of them.
+struct LaneNumbers {
+    alignas(64) uint32_t of[kMaxLanes];
+};
+constexpr LaneNumbers kLaneNumbers = [] {
+    LaneNumbers all{};
+    for (uint32_t i = 0; i < kMaxLanes; ++i) all.of[i] = i;
+    return all;
+}();
+
 // F's lanes in double, in two vectors (the one lane of the scalar target in each).
 #if HWY_TARGET == HWY_SCALAR
 using DF = hn::Rebind<double, F>;
@@ -276,9 +286,9 @@ NearSplat near_splat(const SplatChunk& chunk, size_t i, const PixelBox& box, uin
 }
 
 // Material of each splat: what `smooth` blends, and what the others are shaded with.
-HWY_INLINE Rgb<V> material_of(const SplatterOptions& options, hn::Vec<U> colour) {
+HWY_INLINE Rgb<V> material_of(bool has_colour, hn::Vec<U> colour) {
     const F d;
-    if (options.has_colour || options.look.shade == Shade::level) return unpack_rgb(d, colour);
+    if (has_colour) return unpack_rgb(d, colour);
     const V grey = hn::Set(d, kGreyMaterial);
     return {grey, grey, grey};
 }
@@ -329,6 +339,7 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
     const SplatterOptions& options = params.options;
     const bool aligned = options.kind == SplatKind::square || options.kind == SplatKind::circle;
     const bool blended = options.kind == SplatKind::smooth;
+    const bool has_colour = options.has_colour || options.look.shade == Shade::level;
     const float focal = static_cast<float>(view.focal_px);
     // All that becomes part of a record is about the picture, so that it does not depend on the raster.
     const glm::dvec2 principal = view.principal();
@@ -364,9 +375,11 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
         const auto clear = hn::Gt(o.clearance, hn::Set(d, kMinClearance));
         const auto visible = hn::And(hn::And(valid, hn::And(before_eye, clear)), hn::And(xs.any, ys.any));
 
-        const Rgb<V> material = material_of(options, hn::Load(du, colours + i));
-        const auto colour =
-            blended ? hn::Load(du, colours + i) : shade_points(d, options.look.shade, params.light, nx, ny, nz, material);
+        // Of splats without colour nobody wrote any: reading it would wait for memory.
+        const auto given = has_colour ? hn::Load(du, colours + i) : hn::Zero(du);
+        const auto colour = blended ? given
+                                    : shade_points(d, options.look.shade, params.light, nx, ny, nz,
+                                                   material_of(has_colour, given));
 
         // 1/z - 1/(z + R cos): R along the ray, which off the axis is less of depth.  A push of 0 makes the aligned
         // kinds a plain depth test.
@@ -526,7 +539,8 @@ HWY_INLINE void find_tiles(const SetupParams& params, int tiles_across, const Sp
         const auto close_flag =
             hn::IfThenZeroElse(hn::RebindMask(du, clear), hn::Set(du, SplatsToBin::kClose));
         const auto wide_flag = hn::IfThenZeroElse(hn::Eq(first, last), hn::Set(du, SplatsToBin::kWide));
-        const auto item = hn::Or(hn::Iota(du, static_cast<uint32_t>(i)), hn::Or(close_flag, wide_flag));
+        const auto item = hn::Or(hn::Or(hn::Load(du, kLaneNumbers.of), hn::Set(du, static_cast<uint32_t>(i))),
+                                 hn::Or(close_flag, wide_flag));
         hn::StoreU(hn::Compress(item, wanted), du, out.list + out.count);
         out.count += hn::CountTrue(du, wanted);
     }
