@@ -83,24 +83,8 @@ void BlockView::open(const Model& model, uint64_t number) {
     colour_ = model.header().has_colour() ? reinterpret_cast<const uint16_t*>(bytes + layout.colour) : nullptr;
     child_slot_ = head.child_slot;
     capacity_ = layout.capacity;
-    child_at_.clear();
-}
-
-void BlockView::count_children() {
-    child_at_.resize(node_count_ / kCountedNodes + 1);
-    GroupAt at{child_block_, child_slot_};
-    for (uint32_t i = 0; i < child_at_.size(); ++i) {
-        child_at_[i] = at;
-        const uint32_t first = i * kCountedNodes;
-        if (first + kCountedNodes > node_count_) break;
-        uint64_t four;
-        std::memcpy(&four, attitude_ + first, sizeof(four));
-        const uint32_t sum = uint32_t((four & 0x0007000700070007u) * 0x0001000100010001u >> 48);
-        if (at.slot + sum <= capacity_)
-            at.slot += sum;
-        else
-            at = after(at, first, first + kCountedNodes);
-    }
+    counted_ = 0;
+    child_at_ = {child_block_, child_slot_};
 }
 
 }  // namespace splat

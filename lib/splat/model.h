@@ -73,8 +73,8 @@ struct ShapesFrom {
     uint32_t first;  // place in `bits` of the node that was asked for
 };
 
-// The nodes of one block and where their children are: a running count, done when it is first asked for
-// (most blocks hold leaves only).
+// The nodes of one block and where their children are: a running count, done as far as it is asked for (most
+// blocks hold leaves only, and nodes are asked for in their order).
 class BlockView {
   public:
     void open(const Model& model, uint64_t number);
@@ -96,17 +96,25 @@ class BlockView {
         return {bits, slot - 2 * byte};
     }
     int children_of(uint32_t slot) const { return attitude_[slot] & 7; }
-    GroupAt group_of(uint32_t slot) {  // of a node with children
-        if (child_at_.empty()) count_children();
-        const uint32_t from = slot / kCountedNodes;
-        const GroupAt at = after(child_at_[from], from * kCountedNodes, slot);
+    // Of a node with children.  Costs the nodes between it and the one that was last asked for, or between it
+    // and the first where that stands behind it.
+    GroupAt group_of(uint32_t slot) {
+        if (slot < counted_) counted_ = 0, child_at_ = {child_block_, child_slot_};
+        for (; counted_ + 4 <= slot; counted_ += 4) count_four();
+        const GroupAt at = after(child_at_, counted_, slot);
         return at.slot + uint32_t(children_of(slot)) > capacity_ ? GroupAt{at.block + 1, 0} : at;
     }
 
   private:
-    static constexpr uint32_t kCountedNodes = 4;
-
-    void count_children();
+    void count_four() {
+        uint64_t four;
+        std::memcpy(&four, attitude_ + counted_, sizeof(four));
+        const uint32_t sum = uint32_t((four & 0x0007000700070007u) * 0x0001000100010001u >> 48);
+        if (child_at_.slot + sum <= capacity_)
+            child_at_.slot += sum;
+        else
+            child_at_ = after(child_at_, counted_, counted_ + 4);
+    }
 
     // The end of the groups of nodes [first, last), if that of the nodes before is `at`.
     GroupAt after(GroupAt at, uint32_t first, uint32_t last) const {
@@ -123,7 +131,8 @@ class BlockView {
     uint32_t node_count_ = 0, child_slot_ = 0, capacity_ = 0;
     const uint16_t *attitude_ = nullptr, *place_ = nullptr, *colour_ = nullptr;
     const uint8_t* shape_ = nullptr;
-    std::vector<GroupAt> child_at_;  // end of the groups of the nodes before every kCountedNodes-th
+    uint32_t counted_ = 0;  // nodes; a multiple of four
+    GroupAt child_at_;      // end of their groups
 };
 
 }  // namespace splat
