@@ -1,7 +1,18 @@
 """The back ends that this machine has, beside the CPU's."""
 import json
+import re
 
 from .programs import log, read
+
+
+def found(bench):
+    """Those of OpenGL that start here, one of each renderer."""
+    lines = read(bench.program("qs-render"), "--list-backends").splitlines()
+    renderers = {}
+    for line in lines:
+        if match := re.match("(osmesa|egl) +(.*OpenGL.*)", line):
+            renderers.setdefault(match[2], match[1])
+    return list(renderers.values())
 
 
 def measure(bench):

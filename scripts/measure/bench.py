@@ -123,11 +123,11 @@ class Bench:
 
     SIDES = {"ct-head": ([0, 1, 0], [0, 0, 1]), "lidar": ([0, -math.sqrt(0.5), math.sqrt(0.5)], [0, 0, 1])}
 
-    def frames_of(self, name, threads=0):
+    def frames_of(self, name, threads=0, backend="cpu"):
         """Its pictures are held against its mesh (a cloud's against its own leaves), distances against the smallest that
         is the same surface."""
         surface = self.mesh if name.startswith(self.name) else self.meshes.get(name)
-        return FrameBench(self, self.model(name), self.meshes.get(name), surface, threads)
+        return FrameBench(self, self.model(name), self.meshes.get(name), surface, threads, backend)
 
     def close_up(self, fit):
         """8 times closer by focal length; of the dragon, at its head."""

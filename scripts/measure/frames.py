@@ -1,8 +1,9 @@
 """Frames: cost beside error."""
+from . import backends
 from .bench import BOUNDED_KINDS, KINDS
 from .programs import FrameBench, log
 
-COLUMNS = ["name", "view", "kind", "threshold_px", "runs", "median_ms", "min_ms", "spread", "splats",
+COLUMNS = ["name", "view", "kind", "backend", "threshold_px", "runs", "median_ms", "min_ms", "spread", "splats",
            "nodes_per_s", "model_bytes_by_bandwidth", "psnr_db", "ssim", "depth_rmse_px", "growth", "holes",
            "error_bound_px", "measured_error_px"]
 
@@ -41,6 +42,12 @@ def measure_error_against_time(bench):
             # As the original drew: cut by the diameter of what is drawn.
             rows += [dict(frame_row(bench, name, "fit", kind, 2.0 ** k, frames, camera, diameter=True),
                           kind=f"{kind} by diameter") for kind in ("square", "circle") for k in range(-2, 5)]
+        for backend in backends.found(bench):
+            log(f"error against time of {name} by {backend}")
+            # In software OpenGL takes 10 to 30 times as long: a few points show where its curves lie.
+            with bench.frames_of(name, backend=backend) as frames:
+                rows += [dict(frame_row(bench, name, "fit", kind, threshold, frames, camera, runs=2), kind=f"{kind} by {backend}",
+                              backend=backend) for kind in BOUNDED_KINDS for threshold in (1, 4, 16)]
     bench.tables.write("error-against-time", "error against run time", rows, COLUMNS)
     bench.goals.add("PSNR above the original's kinds in the time of smooth at 1 px", "dB", 10, None,
                     gain_at_equal_time([row for row in rows if row["name"] == bench.name]), True)
@@ -65,14 +72,15 @@ def measure_samples(bench):
     bench.goals.add("4 samples a pixel against 16 of the mesh", "dB", 42, 44, rows[1]["psnr_db"], True)
 
 
-def frame_row(bench, name, view, kind, threshold, frames, camera, diameter=False):
+def frame_row(bench, name, view, kind, threshold, frames, camera, diameter=False, runs=None):
     """One measured frame, as a row of the tables."""
     is_bounded = kind in BOUNDED_KINDS and name in bench.meshes
-    a = frames.ask(camera, threshold, kind=kind, runs=bench.runs, compare=True, distance=is_bounded,
+    runs = runs or bench.runs
+    a = frames.ask(camera, threshold, kind=kind, runs=runs, compare=True, distance=is_bounded,
                    diameter=diameter)
     bound, measured = (a["error_bound_px"], a["measured_error_px"]) if is_bounded else (None, None)
     seconds = a["ms"]["median"] / 1000
-    return {"name": name, "view": view, "kind": kind, "threshold_px": threshold, "runs": bench.runs,
+    return {"name": name, "view": view, "kind": kind, "threshold_px": threshold, "runs": runs,
             "median_ms": a["ms"]["median"], "min_ms": a["ms"]["min"], "spread": a["ms"]["spread"],
             "traverse_ms": a["traverse_ms"]["median"], "draw_ms": a["draw_ms"]["median"], "splats": a["splats"],
             "nodes_visited": a["nodes_visited"], "nodes_per_s": a["nodes_visited"] / seconds,
@@ -81,7 +89,7 @@ def frame_row(bench, name, view, kind, threshold, frames, camera, diameter=False
             "growth": a["growth"], "holes": a["holes"],
             "error_bound_px": bound, "measured_error_px": measured,
             "bound_by_measured": bound / measured if bound and measured else None,
-            "covered_px": a["covered_px"]}
+            "covered_px": a["covered_px"], "backend": "cpu"}
 
 
 def cut_rows(bench, name, frames):

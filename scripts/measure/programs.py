@@ -50,8 +50,8 @@ def drop_pages(path):
 class FrameBench:
     """frame_bench, open for questions about one model.  Without a mesh, pictures are held against the model's own leaves."""
 
-    def __init__(self, bench, model, mesh=None, surface=None, threads=0):
-        command = [bench.program("frame_bench"), model, "--threads", threads]
+    def __init__(self, bench, model, mesh=None, surface=None, threads=0, backend="cpu"):
+        command = [bench.program("frame_bench"), model, "--threads", threads, "--backend", backend]
         command += ["--reference", mesh] if mesh else []
         command += ["--surface", surface] if surface else []
         self.process = subprocess.Popen([str(word) for word in command], stdin=subprocess.PIPE, stdout=subprocess.PIPE,

@@ -32,6 +32,7 @@
 #include "render/raster.h"
 #include "render/splatter.h"
 #include "render/tile_bins.h"
+#include "scene/backends.h"
 #include "scene/draw.h"
 #include "scene/reference.h"
 
@@ -57,6 +58,12 @@ render::SplatKind kind_of(const std::string& word) {
     const auto found = kinds.find(word);
     if (found == kinds.end()) throw core::Error("'" + word + "' is no kind of splat");
     return found->second;
+}
+
+scene::BackendKind kind_of_backend(const std::string& word) {
+    if (word == "osmesa") return scene::BackendKind::osmesa;
+    if (word == "egl") return scene::BackendKind::egl;
+    return scene::BackendKind::cpu;
 }
 
 Case parse_case(const std::string& line) {
@@ -254,13 +261,14 @@ Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& pa
 
 int main(int argc, char** argv) {
     core::Program program("frame_bench", "Measure frames of a splat model, a case a line.", QS_VERSION);
-    std::string path, reference, surface;
+    std::string path, reference, surface, backend = "cpu";
     program.options.add_option("MODEL", path, "Splat model")->required();
     program.options.add_option("--reference", reference, "Mesh to compare pictures with");
     program.options.add_option("--surface", surface, "Mesh to measure distances from");
+    program.options.add_option("--backend", backend, "What draws: cpu, osmesa or egl");
     return program.run(argc, argv, [&] {
         const splat::Model model(path);
-        scene::ModelPainter painter(model);
+        scene::ModelPainter painter(model, scene::open_backend(kind_of_backend(backend)).painter);
         Truth truth(model, reference, surface);
         std::string line;
         while (std::getline(std::cin, line)) {

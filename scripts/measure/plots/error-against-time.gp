@@ -5,11 +5,13 @@ set logscale x 2
 set key bottom right
 set xlabel 'ms a frame, median'
 set ylabel 'PSNR, dB'
+kinds = '"square by diameter" "circle by diameter" square circle ellipse smooth '. \
+    system("grep -oE ',(ellipse|smooth) by (osmesa|egl),' '".folder."/error-against-time.csv' | uniq | sort -u | tr '\\n,' ' \"'")
 subjects = system("cut -d, -f1 '".folder."/error-against-time.csv' | tail -n +2 | uniq")
 set multiplot layout 2, 2
 do for [model in subjects] {
     set title model.', fit, thresholds of 16 to 0.25 px'
-    plot for [kind in '"square by diameter" "circle by diameter" square circle ellipse smooth'] folder.'/error-against-time.csv' skip 1 \
+    plot for [kind in kinds] folder.'/error-against-time.csv' skip 1 \
         using (strcol(1) eq model && strcol(3) eq kind ? $6 : NaN):15 with linespoints pointtype 7 pointsize 0.5 title kind
 }
 unset multiplot
