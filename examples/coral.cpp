@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
 
     return program.run(argc, argv, [&] {
         if (output == "-") core::refuse_binary_to_terminal(output_option->count() > 0);
-        core::Report report({output});
+        core::Report report({}, {output});
         const coral::Reef reef;
         const coral::ColouredMesh mesh = coral::triangulate(reef, static_cast<int>(resolution));
         core::OutputFile file(output);
