@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <unordered_map>
 
 #include "core/error.h"
@@ -172,16 +171,11 @@ class Builder {
         // Few pieces for many subtrees: the table of counts stays small beside the faces.
         const size_t piece = std::max(kPiece, mesh_.triangles.size() / 64 + 1);
         const size_t pieces = (mesh_.triangles.size() + piece - 1) / piece;
-        std::vector<uint64_t> flat(pieces, 0);
         core::parallel_for(pieces, [&](size_t p) {
             const size_t end = std::min(mesh_.triangles.size(), (p + 1) * piece);
-            for (size_t f = p * piece; f < end; ++f) {
-                glm::u32vec3& face = mesh_.triangles[f];
-                for (int k = 0; k < 3; ++k) face[k] = leaf_of_[face[k]];
-                flat[p] += has_no_area(face);
-            }
+            for (size_t f = p * piece; f < end; ++f)
+                for (int k = 0; k < 3; ++k) mesh_.triangles[f][k] = leaf_of_[mesh_.triangles[f][k]];
         });
-        report_.zero_area_faces = std::accumulate(flat.begin(), flat.end(), uint64_t(0));
         release(leaf_of_);
         find_watchers(pieces, piece);
         std::vector<std::vector<uint32_t>> at(pieces);
@@ -268,12 +262,6 @@ class Builder {
         }
     }
 
-    bool has_no_area(const glm::u32vec3& face) const {
-        const glm::dvec3 a = model(face.x), p = model(face.y) - a, q = model(face.z) - a;
-        const glm::dvec3 n = glm::cross(p, q);
-        return !(glm::dot(n, n) > 1e-24 * glm::dot(p, p) * glm::dot(q, q));
-    }
-
     glm::dvec3 model(const glm::vec3& position) const {
         return (glm::dvec3(position) + model_offset_) * inverse_scale_;
     }
@@ -292,12 +280,14 @@ class Builder {
         std::vector<glm::vec3> hull;  // corners of boxes, model space
         glm::dvec3 normal{0};
         glm::u64vec3 colour{0};
+        uint64_t zero_area_faces = 0;  // whose first corner is a leaf of the subtree
     };
 
     void summarise_subtrees() {
         summary_.resize(subtree_begin_.size());
         core::parallel_for(
             summary_.size(), [&](size_t s) { summarise(s); }, 8);
+        for (const Summary& sum : summary_) report_.zero_area_faces += sum.zero_area_faces;
     }
 
     void summarise(size_t s) {
@@ -324,7 +314,12 @@ class Builder {
             const Box all{glm::min(a, glm::min(p, q)), glm::max(a, glm::max(p, q))};
             for (int k = 0; k < 3; ++k)
                 if (is_own[k]) box[(face[k] - begin) / kHullLeaves].extend(all);
-            sum.normal += glm::cross(glm::dvec3(p) - glm::dvec3(a), glm::dvec3(q) - glm::dvec3(a));
+            const glm::dvec3 to_p = glm::dvec3(p) - glm::dvec3(a), to_q = glm::dvec3(q) - glm::dvec3(a),
+                             n = glm::cross(to_p, to_q);
+            sum.normal += n;
+            if (is_own[0])
+                sum.zero_area_faces +=
+                    !(glm::dot(n, n) > 1e-24 * glm::dot(to_p, to_p) * glm::dot(to_q, to_q));
         }
         sum.normal *= mesh_.is_cloud() ? 1 : inverse_scale_ * inverse_scale_;
         for (const Box& b : box)
@@ -443,13 +438,13 @@ class Builder {
         content.normal[k] = unit_or(normal, parent.normal);
         content.is_leaf[k] = false;
         content.points[k] = end - begin;
-        const size_t rows = content.rows();
+        const size_t rows = content.rows;
         content.set_rows(std::max(rows, end - begin));
         const auto centre = glm::vec3(parent.centre);
-        for (size_t row = 0; row < content.rows(); ++row)
+        for (size_t row = 0; row < content.rows; ++row)
             content.set_point(row, k, hull_[begin + std::min(row, end - begin - 1)] - centre);
         for (size_t other = 0; other < k; ++other)
-            for (size_t row = rows; row < content.rows(); ++row)
+            for (size_t row = rows; row < content.rows; ++row)
                 content.set_point(row, other, {content.x[other], content.y[other], content.z[other]});
     }
 

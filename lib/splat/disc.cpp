@@ -55,7 +55,7 @@ float NestedError(const Node& node, std::span<const Node* const> parts, bool is_
     const Sectors d;
     Discs discs;
     TurnDiscs(node, parts, discs);
-    const auto distance = [&](size_t k, S px, S py) {
+    const auto square_of = [&](size_t k, S px, S py) HWY_ATTR {
         const S x = hn::Sub(px, hn::Set(d, discs.x[k])), y = hn::Sub(py, hn::Set(d, discs.y[k])),
                 z = hn::Set(d, -discs.z[k]);
         const S along =
@@ -65,32 +65,38 @@ float NestedError(const Node& node, std::span<const Node* const> parts, bool is_
         const S all = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
         const S across = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(all, square)));
         const S beyond = hn::Max(hn::Zero(d), hn::Sub(across, hn::Set(d, discs.radius[k])));
-        return hn::Sqrt(hn::Add(hn::Mul(beyond, beyond), square));
+        return hn::Add(hn::Mul(beyond, beyond), square);
     };
     const auto error = [&](size_t k) { return discs.error[k]; };
     // No smaller error is told apart.
     const float enough = node.radius * kErrorOfRadius[flatness_code(node)][0];
-    Cells cells(node.radius, discs.count, distance, error);
+    Cells cells(node.radius, discs.count, square_of, error);
     return is_fine ? cells.fine_bound(enough) : cells.bound(enough);
 }
 
 // Nodes [first, first + count) of each group whose spheres, times `part`, touch the one of `node`.
 void Touching(const Spheres& spheres, std::span<const NodeRange> groups, uint32_t node, float part,
               std::vector<uint32_t>& out) {
-    const D d;
-    const V x = hn::Set(d, spheres.x[node]), y = hn::Set(d, spheres.y[node]), z = hn::Set(d, spheres.z[node]),
+    const hn::CappedTag<float, kSpare> d;
+    const hn::Rebind<uint32_t, decltype(d)> du;
+    using W = hn::Vec<decltype(d)>;
+    const W x = hn::Set(d, spheres.x[node]), y = hn::Set(d, spheres.y[node]), z = hn::Set(d, spheres.z[node]),
             radius = hn::Set(d, spheres.radius[node]);
+    size_t count = 0;
     for (const NodeRange& group : groups)
         for (uint32_t k = 0; k < group.count; k += uint32_t(hn::Lanes(d))) {
             const size_t i = group.first + k;
-            const V3 to{hn::Sub(hn::LoadU(d, &spheres.x[i]), x), hn::Sub(hn::LoadU(d, &spheres.y[i]), y),
-                        hn::Sub(hn::LoadU(d, &spheres.z[i]), z)};
-            const V reach = hn::Add(hn::Mul(hn::Set(d, part), hn::LoadU(d, &spheres.radius[i])), radius);
-            uint8_t bits[8] = {};
-            hn::StoreMaskBits(
-                d, hn::And(hn::FirstN(d, group.count - k), hn::Lt(Dot(to, to), hn::Mul(reach, reach))), bits);
-            for (unsigned m = bits[0]; m; m &= m - 1) out.push_back(uint32_t(i) + unsigned(__builtin_ctz(m)));
+            const Vector3<W> to{hn::Sub(hn::LoadU(d, &spheres.x[i]), x),
+                                hn::Sub(hn::LoadU(d, &spheres.y[i]), y),
+                                hn::Sub(hn::LoadU(d, &spheres.z[i]), z)};
+            const W reach = hn::Add(hn::Mul(hn::Set(d, part), hn::LoadU(d, &spheres.radius[i])), radius);
+            const auto touching =
+                hn::And(hn::FirstN(d, group.count - k), hn::Lt(Dot(to, to), hn::Mul(reach, reach)));
+            if (out.size() < count + kSpare) out.resize(2 * count + 256);
+            hn::CompressStore(hn::Iota(du, uint32_t(i)), hn::RebindMask(du, touching), du, &out[count]);
+            count += hn::CountTrue(d, touching);
         }
+    out.resize(count);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -13,16 +13,25 @@
 
 namespace splat {
 
-// About some centre, across frame.n.
-struct Disc {
+// A leaf's disc: across frame.n.
+struct LeafDisc {
+    uint32_t leaf;
+    glm::dvec3 centre;  // relative to the surface's base
     Frame frame;
     float radius;
     uint32_t flatness;  // code: how finely errors are told apart
 };
 
-// Bound on the distance of any point of a leaf's disc from the surface; centre: relative to the surface's
-// base.
-float leaf_error(const Surface& surface, uint32_t leaf, const glm::dvec3& centre, const Disc& disc);
+// Which faces of a surface were taken last, so that all can be let go at once.
+struct FaceMarks {
+    std::vector<uint32_t> taken;  // by face
+    uint32_t now = 0;
+};
+
+// For each of some leaves that are near each other a bound on the distance of any point of its disc from the
+// surface.  marks: of the same surface, from call to call.
+void leaf_errors(const Surface& surface, std::span<const LeafDisc> discs, FaceMarks& marks,
+                 std::span<float> errors);
 
 // Bound on the distance from any point of a node's disc to the surface, given discs that each stay within
 // their error of it: the disc is cut into 48 convex cells, and the distance to a convex set is largest at a
@@ -36,8 +45,8 @@ struct Spheres {
 struct NodeRange {
     uint32_t first, count;
 };
-// Appends those nodes of the ranges whose spheres, times `part`, touch the one of `node` (which touches
-// itself).
+// Puts into `out` those nodes of the ranges whose spheres, times `part`, touch the one of `node` (which
+// touches itself).
 void touching(const Spheres& spheres, std::span<const NodeRange> ranges, uint32_t node, float part,
               std::vector<uint32_t>& out);
 

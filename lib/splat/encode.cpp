@@ -163,7 +163,7 @@ class SubtreeEncoder {
                 add(hulls.corners, size_t(h) * Hulls::kCorners, size_t(h + 1) * Hulls::kCorners, h * hulls.leaves);
         }
         content_.points[k] = row;
-        for (const size_t first = k; row < content_.rows(); ++row)
+        for (const size_t first = k; row < content_.rows; ++row)
             content_.set_point(row, k, {content_.x[first], content_.y[first], content_.z[first]});
     }
 

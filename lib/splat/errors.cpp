@@ -40,7 +40,9 @@ class ErrorSetter {
         find_neighbours();
         set_leaf_errors();
         for (uint32_t node = uint32_t(tree_.size()); node-- > 0;)
-            if (!is_leaf(node)) set_error(tree_, node, inner_error(node));
+            if (!is_leaf(node)) tree_.decoded[node].error = inner_error(node);
+        for (uint32_t node = uint32_t(tree_.size()); node-- > 0;)
+            set_error(tree_, node, tree_.decoded[node].error);
     }
 
   private:
@@ -74,7 +76,6 @@ class ErrorSetter {
                 const NodeRange own = parts_of(node);
                 for (uint32_t k = 0; k < own.count; ++k) parent[own.first + k] = node;
                 families_.push_back(own);
-                near.clear();
                 if (node > 0) touching(spheres_, families_of(parent[node]), node, 1, near);
                 for (const uint32_t n : near)
                     if (n != node) families_.push_back(parts_of(n));
@@ -90,7 +91,7 @@ class ErrorSetter {
     // The node's disc reaches over the rim of its surface, where its neighbours' is.
     float inner_error(uint32_t node) {
         const std::span<const NodeRange> families = families_of(node);
-        parts_.clear(), near_.clear();
+        parts_.clear();
         for (uint32_t k = 0; k < families[0].count; ++k)
             parts_.push_back(&tree_.decoded[families[0].first + k]);
         touching(spheres_, families.subspan(1), node, kNear, near_);
@@ -101,8 +102,8 @@ class ErrorSetter {
     // Where a leaf's own faces say little its neighbours' discs say more: by what theirs have said.
     void set_leaf_errors() {
         std::vector<std::pair<uint32_t, float>> better;
-        for (uint32_t node = 0; node < tree_.size(); ++node)
-            if (is_leaf(node)) tree_.decoded[node].error = leaf_error(leaf_of_[node], tree_.decoded[node]);
+        marks_.taken.assign(surface_.faces.size(), 0);
+        for (const CodedTree::Group& group : tree_.groups) set_group_errors(group);
         for (uint32_t node = 0; node < tree_.size(); ++node) {
             if (is_leaf(node)) continue;
             const NodeRange children = parts_of(node);
@@ -112,29 +113,41 @@ class ErrorSetter {
         }
         for (const auto& [leaf, error] : better)
             tree_.decoded[leaf].error = std::min(tree_.decoded[leaf].error, error);
-        for (uint32_t node = 0; node < tree_.size(); ++node)
-            if (is_leaf(node)) set_error(tree_, node, tree_.decoded[node].error);
     }
 
     float error_by_others(uint32_t leaf, uint32_t parent) {
-        parts_.clear(), near_.clear();
+        parts_.clear();
         touching(spheres_, families_of(parent), leaf, 1, near_);
         for (const uint32_t n : near_)
             if (n != leaf && is_leaf(n)) parts_.push_back(&tree_.decoded[n]);
         return nested_error(tree_.decoded[leaf], parts_, true) * kRoundUp;
     }
 
-    float leaf_error(uint32_t i, const Node& node) const {
-        const glm::dvec3 centre = node.centre - surface_.base;
-        const float to_vertex = float(glm::length(surface_.at[i] - centre) + double(node.radius));
-        const float error = splat::leaf_error(surface_, i, centre,
-                                              {frame_about(node.normal), node.radius, flatness_code(node)});
-        return std::min((error + kRounding * node.radius) * kRoundUp, to_vertex * kRoundUp);
+    void set_group_errors(const CodedTree::Group& group) {
+        LeafDisc discs[kMaxFanOut];
+        uint32_t nodes[kMaxFanOut];
+        size_t count = 0;
+        for (uint32_t node = group.first; node < group.first + group.count; ++node) {
+            if (!is_leaf(node)) continue;
+            const Node& n = tree_.decoded[node];
+            discs[count] = {leaf_of_[node], n.centre - surface_.base, frame_about(n.normal), n.radius,
+                            flatness_code(n)};
+            nodes[count++] = node;
+        }
+        float errors[kMaxFanOut];
+        leaf_errors(surface_, {discs, count}, marks_, errors);
+        for (size_t k = 0; k < count; ++k) {
+            const float radius = discs[k].radius,
+                        to_vertex =
+                            float(glm::length(surface_.at[discs[k].leaf] - discs[k].centre) + double(radius));
+            tree_.decoded[nodes[k]].error = std::min(errors[k] + kRounding * radius, to_vertex) * kRoundUp;
+        }
     }
 
     CodedTree& tree_;
     const Surface& surface_;
     const std::span<const uint32_t> leaf_of_;
+    FaceMarks marks_;
     Spheres spheres_;
     std::vector<uint32_t> family_begin_, near_;  // by node
     std::vector<NodeRange> families_;

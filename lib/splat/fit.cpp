@@ -58,6 +58,10 @@ using DU = hn::Rebind<uint32_t, D>;
 using V = hn::Vec<D>;
 using V3 = Vector3<V>;
 
+constexpr size_t kCentres = 16;  // that are tried at a time
+using Wide = hn::CappedTag<float, kCentres>;
+using W = hn::Vec<Wide>;
+
 // The best of the four codes about each direction.
 void EncodeNormals(const V3& wanted, const Frame& parent, int cone, size_t lane, FitState& state) {
     const D d;
@@ -128,7 +132,7 @@ void TurnPoints(GroupContent& content, float parent_radius, size_t lane, FitStat
     const D d;
     const V3 t1 = Load3(state.t1, lane), t2 = Load3(state.t2, lane), n = Load3(state.normal, lane);
     Extremes e = NoExtremes();
-    for (size_t at = lane; at < content.x.size(); at += kLanes) {
+    for (size_t at = lane; at < content.rows * kLanes; at += kLanes) {
         const V3 p{hn::LoadU(d, &content.x[at]), hn::LoadU(d, &content.y[at]), hn::LoadU(d, &content.z[at])};
         const V3 turned{Dot(t1, p), Dot(t2, p), Dot(n, p)};
         hn::StoreU(turned.x, d, &content.x[at]), hn::StoreU(turned.y, d, &content.y[at]), hn::StoreU(turned.z, d, &content.z[at]);
@@ -140,7 +144,7 @@ void TurnPoints(GroupContent& content, float parent_radius, size_t lane, FitStat
     const V3 ideal{hn::Mul(half, hn::Add(middle(0), hn::Mul(half, hn::Add(sum, difference)))),
                    hn::Mul(half, hn::Add(middle(1), hn::Mul(half, hn::Sub(sum, difference)))), middle(2)};
     V most = hn::Zero(d);
-    for (size_t at = lane; at < content.x.size(); at += kLanes) {
+    for (size_t at = lane; at < content.rows * kLanes; at += kLanes) {
         const V3 p{hn::Sub(hn::LoadU(d, &content.x[at]), ideal.x), hn::Sub(hn::LoadU(d, &content.y[at]), ideal.y),
                    hn::Sub(hn::LoadU(d, &content.z[at]), ideal.z)};
         most = hn::Max(most, Dot(p, p));
@@ -186,10 +190,11 @@ class Search {
             const bool is_last = level == kRadiusLevels - 1;
             if (radius < smallest_ && !is_last) continue;
             if (radius * (1.0f + kThinWeight * kFlatness[0]) >= best_.cost) break;
-            // About the centre of the smallest sphere, points are as far off on all sides: a step aside costs at least
-            // its square.  (The centre is not exact: 1 / 0.95.)
-            const float bound = is_last ? std::numeric_limits<float>::infinity() : radius * radius / 0.95f - smallest_ * smallest_;
-            try_cell(level, a_[level], b_[level], c_[level], bound);
+            // Two levels at a time: what the larger one adds where the smaller one has a cover is not the
+            // cheapest.
+            const int next = is_last ? level : level + 1;
+            try_cells({cell_at(level), cell_at(next)});
+            level = next;
         }
         return best_;
     }
@@ -197,18 +202,24 @@ class Search {
     // For the few leaves at the rim of their parent whose best centre is not the nearest to the ideal one: the whole
     // lattice, up to the first level that has a cover.
     Choice anywhere() {
-        constexpr float kAnywhere = std::numeric_limits<float>::infinity();
         for (int level = 0; level < kRadiusLevels - 1; ++level) {
             if (kRadius[level] * parent_radius_ < smallest_) continue;
             for (int a = 0; a < kAcrossSteps - 1; ++a)
                 for (int b = 0; b < kAcrossSteps - 1; ++b)
-                    for (int c = 0; c < kAlongSteps; c += 2) try_cell(level, a, b, c, kAnywhere);
+                    for (int c = 0; c < kAlongSteps; c += 4)
+                        try_cells({Cell{level, a, b, c}, Cell{level, a, b, c + 2}});
             if (int(best_.place & 15u) == level) break;
         }
         return best_;
     }
 
   private:
+    // Eight centres about one place: these steps and the next ones.
+    struct Cell {
+        int level, a, b, c;
+    };
+    Cell cell_at(int level) const { return {level, a_[level], b_[level], c_[level]}; }
+
     // For each level the step at or below the ideal centre along each axis, so that it and the next lie about it.
     void find_steps() {
         const D d;
@@ -230,56 +241,65 @@ class Search {
         }
     }
 
-    // Tries the eight lattice points of the cell from step (a, b, c) on, as decode_offset() places them in the node's own
-    // frame: centre k takes the higher step of a, b, c by bits 0, 1, 2 of k.  Where all of them are further than `bound`
-    // (the square) from the ideal centre nothing is tried.
-    void try_cell(int level, int a, int b, int c, float bound) {
-        const D d;
-        alignas(32) static constexpr float kHighA[kLanes] = {0, 1, 0, 1, 0, 1, 0, 1}, kHighB[kLanes] = {0, 0, 1, 1, 0, 0, 1, 1},
-                                           kHighC[kLanes] = {0, 0, 0, 0, 1, 1, 1, 1};
-        const V limit = hn::Set(d, lattice().limit[level]), one = hn::Set(d, 1.0f), scale = hn::Set(d, parent_radius_);
-        V3 centre[kLanes / hn::MaxLanes(d)];
-        float least = std::numeric_limits<float>::infinity();
-        for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
-            const auto pick = [&](const float* high, const float* step) {
-                return hn::IfThenElse(hn::Gt(hn::Load(d, high + lane), hn::Zero(d)), hn::Set(d, step[1]), hn::Set(d, step[0]));
+    // Two cells, a lane a centre: of those that hold the points the cheapest.
+    void try_cells(const std::array<Cell, 2>& cells) {
+        const Wide d;
+        alignas(
+            64) static constexpr float kHighA[kCentres] = {0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1},
+                                       kHighB[kCentres] = {0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1},
+                                       kHighC[kCentres] = {0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1},
+                                       kSecond[kCentres] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+        for (size_t lane = 0; lane < kCentres; lane += hn::Lanes(d)) {
+            const auto is_set = [&](const float* flags)
+                                    HWY_ATTR { return hn::Gt(hn::Load(d, flags + lane), hn::Zero(d)); };
+            const auto is_second = is_set(kSecond);
+            const auto of_cell = [&](float first, float second) HWY_ATTR {
+                return hn::IfThenElse(is_second, hn::Set(d, second), hn::Set(d, first));
             };
-            const V3 at{pick(kHighA, lattice().across + a), pick(kHighB, lattice().across + b), pick(kHighC, lattice().along + c)};
-            const V q = Dot(at, at);
-            const V s = hn::Mul(scale, hn::IfThenElse(hn::Gt(q, one), hn::Div(limit, hn::Sqrt(q)), limit));
-            V3& to = centre[lane / hn::Lanes(d)];
-            to = {hn::Mul(at.x, s), hn::Mul(at.y, s), hn::Mul(at.z, s)};
-            const V3 off{hn::Sub(to.x, hn::Set(d, ideal_.x)), hn::Sub(to.y, hn::Set(d, ideal_.y)), hn::Sub(to.z, hn::Set(d, ideal_.z))};
-            least = std::min(least, hn::GetLane(hn::MinOfLanes(d, Dot(off, off))));
+            const auto pick = [&](const float* high, const float* step, int first, int second) HWY_ATTR {
+                return hn::IfThenElse(is_set(high), of_cell(step[first + 1], step[second + 1]),
+                                      of_cell(step[first], step[second]));
+            };
+            const Vector3<W> at{pick(kHighA, lattice().across, cells[0].a, cells[1].a),
+                                pick(kHighB, lattice().across, cells[0].b, cells[1].b),
+                                pick(kHighC, lattice().along, cells[0].c, cells[1].c)};
+            const W q = Dot(at, at),
+                    limit = of_cell(lattice().limit[cells[0].level], lattice().limit[cells[1].level]);
+            const W s =
+                hn::Mul(hn::Set(d, parent_radius_),
+                        hn::IfThenElse(hn::Gt(q, hn::Set(d, 1.0f)), hn::Div(limit, hn::Sqrt(q)), limit));
+            const W radius =
+                of_cell(kRadius[cells[0].level] * parent_radius_, kRadius[cells[1].level] * parent_radius_);
+            cover(cells, lane, {hn::Mul(at.x, s), hn::Mul(at.y, s), hn::Mul(at.z, s)}, radius);
         }
-        if (least > bound) return;
-        for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) cover(level, a, b, c, lane, centre[lane / hn::Lanes(d)]);
     }
 
     // For each centre and each kFlatness the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2, the square of the
     // radius across that covers all points; of those that the level's radius covers, the cheapest.
-    void cover(int level, int a, int b, int c, size_t lane, const V3& centre) {
-        const D d;
-        const float radius = kRadius[level] * parent_radius_;
-        const V allowed = hn::Set(d, radius * radius / (kRoundUp * kRoundUp));
-        V most[4] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-        const V weight0 = hn::Set(d, 1.0f / (kFlatness[0] * kFlatness[0])), weight1 = hn::Set(d, 1.0f / (kFlatness[1] * kFlatness[1])),
+    void cover(const std::array<Cell, 2>& cells, size_t lane, const Vector3<W>& centre, W radius) {
+        const Wide d;
+        const W allowed = hn::Mul(hn::Mul(radius, radius), hn::Set(d, 1.0f / (kRoundUp * kRoundUp)));
+        W most[4] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        const W weight0 = hn::Set(d, 1.0f / (kFlatness[0] * kFlatness[0])),
+                weight1 = hn::Set(d, 1.0f / (kFlatness[1] * kFlatness[1])),
                 weight2 = hn::Set(d, 1.0f / (kFlatness[2] * kFlatness[2]));
         for (size_t i = 0; i < points_; ++i) {
-            // Most cells fail, and most of these within a few points.
-            if (i % 8 == 7 && hn::AllTrue(d, hn::Gt(most[3], allowed))) return;
-            const V du = hn::Sub(hn::Set(d, u_[i * kLanes]), centre.x), dv = hn::Sub(hn::Set(d, v_[i * kLanes]), centre.y),
+            // Most cells of larger nodes fail, and most of these within a few points.
+            if (i % 16 == 15 && hn::AllTrue(d, hn::Gt(most[3], allowed))) return;
+            const W du = hn::Sub(hn::Set(d, u_[i * kLanes]), centre.x),
+                    dv = hn::Sub(hn::Set(d, v_[i * kLanes]), centre.y),
                     dw = hn::Sub(hn::Set(d, w_[i * kLanes]), centre.z);
-            const V across = hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)), along = hn::Mul(dw, dw);
+            const W across = hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)), along = hn::Mul(dw, dw);
             most[0] = hn::Max(most[0], hn::Add(across, hn::Mul(along, weight0)));
             most[1] = hn::Max(most[1], hn::Add(across, hn::Mul(along, weight1)));
             most[2] = hn::Max(most[2], hn::Add(across, hn::Mul(along, weight2)));
             most[3] = hn::Max(most[3], hn::Add(across, along));
         }
-        V cost = hn::Inf(d), shape = hn::Zero(d);
-        const V centring = hn::Div(hn::Set(d, 1e-3f), allowed);  // among equals, the best centred
+        W cost = hn::Inf(d), shape = hn::Zero(d);
+        const W centring = hn::Div(hn::Set(d, 1e-3f), allowed);  // among equals, the best centred
         for (int rho = 3; rho >= 0; --rho) {
-            const V weighted = hn::Mul(hn::Set(d, radius * (1.0f + kThinWeight * kFlatness[rho])), hn::Add(hn::Set(d, 1.0f), hn::Mul(most[rho], centring)));
+            const W weighted = hn::Mul(hn::Mul(radius, hn::Set(d, 1.0f + kThinWeight * kFlatness[rho])),
+                                       hn::Add(hn::Set(d, 1.0f), hn::Mul(most[rho], centring)));
             const auto holds = hn::Le(most[rho], allowed);
             cost = hn::IfThenElse(holds, weighted, cost), shape = hn::IfThenElse(holds, hn::Set(d, float(rho)), shape);
         }
@@ -287,8 +307,10 @@ class Search {
         if (!(least < best_.cost)) return;
         const auto in_vector = size_t(hn::FindKnownFirstTrue(d, hn::Eq(cost, hn::Set(d, least))));
         const int k = int(lane + in_vector);
-        const int across = a + (k & 1) + kAcrossSteps * (b + (k >> 1 & 1));
-        best_ = {uint32_t(level | across << 4 | (c + (k >> 2)) << 11), uint32_t(hn::ExtractLane(shape, in_vector)), least};
+        const Cell& cell = cells[size_t(k / 8)];
+        const int across = cell.a + (k & 1) + kAcrossSteps * (cell.b + (k >> 1 & 1));
+        best_ = {uint32_t(cell.level | across << 4 | (cell.c + (k >> 2 & 1)) << 11),
+                 uint32_t(hn::ExtractLane(shape, in_vector)), least};
     }
 
     static const Lattice& lattice() {

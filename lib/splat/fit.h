@@ -27,15 +27,20 @@ struct GroupContent {
     Lanes<bool> is_leaf;
     // What each child must hold, relative to the parent's centre: row k holds each child's point k, kLanes in all.
     // Children with fewer points repeat one.
-    std::vector<float> x, y, z;
+    size_t rows = 0;
+    std::vector<float> x, y, z;     // room for as many rows as any group had
     Lanes<size_t> points{};         // of each child, without repetitions; at least one
     // Vectors that the cone must hold: [begin, end) for each child; none: no cone.
     const PointArrays* face_normals = nullptr;
     Lanes<size_t> face_begin{}, face_end{};
 
-    void set_rows(size_t rows) { x.resize(rows * kLanes), y.resize(rows * kLanes), z.resize(rows * kLanes); }
-    void set_point(size_t row, size_t child, const glm::vec3& p) { x[row * kLanes + child] = p.x, y[row * kLanes + child] = p.y, z[row * kLanes + child] = p.z; }
-    size_t rows() const { return x.size() / kLanes; }
+    void set_rows(size_t n) {
+        rows = n;
+        if (x.size() < n * kLanes) x.resize(n * kLanes), y.resize(n * kLanes), z.resize(n * kLanes);
+    }
+    void set_point(size_t row, size_t child, const glm::vec3& p) {
+        x[row * kLanes + child] = p.x, y[row * kLanes + child] = p.y, z[row * kLanes + child] = p.z;
+    }
 };
 
 struct GroupFit {

@@ -43,8 +43,13 @@ HWY_INLINE V SquareFromAxis(const V3& s, const V3& t) {
     return hn::Add(hn::Mul(x, x), hn::Mul(y, y));
 }
 
-// How far up or down the edges from s to t go over the disc whose radius has this square.
-HWY_INLINE V HeightOfEdge(const V3& s, const V3& t, V square) {
+// Where edges from s to t are over the disc whose radius has this square, and how far up or down they go
+// there.
+struct Crossing {
+    hn::Mask<D> is_over;
+    V height;
+};
+HWY_INLINE Crossing CrossingOf(const V3& s, const V3& t, V square) {
     const D d;
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     const V dx = hn::Sub(t.x, s.x), dy = hn::Sub(t.y, s.y), dz = hn::Sub(t.z, s.z);
@@ -57,7 +62,7 @@ HWY_INLINE V HeightOfEdge(const V3& s, const V3& t, V square) {
     const V first = hn::Max(zero, hn::Sub(middle, half)), last = hn::Min(one, hn::Add(middle, half));
     const V most =
         hn::Max(hn::Abs(hn::Add(s.z, hn::Mul(first, dz))), hn::Abs(hn::Add(s.z, hn::Mul(last, dz))));
-    return hn::IfThenElseZero(hn::And(hn::Ge(left, zero), hn::Le(first, last)), most);
+    return {hn::And(hn::Ge(left, zero), hn::Le(first, last)), most};
 }
 
 // How far up or down the faces' planes go at the rim of that disc, where it is over the face.
@@ -83,284 +88,288 @@ HWY_INLINE V HeightAtRim(const V3& v, const V3& p, const V3& q, V square) {
     return hn::Max(at_rim(outwards), at_rim(hn::Neg(outwards)));
 }
 
-// Edges of a patch that cross the disc and have no face on their other side, as their faces have them.
-struct Rim {
-    static constexpr size_t kMost = 128;
-    static constexpr uint64_t kNone = ~uint64_t(0);
-
-    size_t count = 0;
-    uint64_t edge[kMost];  // corners' numbers: from << 32 | to
-    alignas(64) float from[3][kMost + kSpare], to[3][kMost + kSpare];
-
-    static uint64_t edge_of(uint32_t from, uint32_t to) { return uint64_t(from) << 32 | to; }
-    void add(uint64_t numbers, const glm::vec3& s, const glm::vec3& t) {
-        edge[count] = numbers;
-        for (int axis = 0; axis < 3; ++axis) from[axis][count] = s[axis], to[axis][count] = t[axis];
-        ++count;
-    }
-    void move(size_t i, size_t to_place) {
-        edge[to_place] = edge[i];
-        for (int axis = 0; axis < 3; ++axis)
-            from[axis][to_place] = from[axis][i], to[axis][to_place] = to[axis][i];
-    }
-    V3 load_from(size_t i) const { return load(from, i); }
-    V3 load_to(size_t i) const { return load(to, i); }
-
-  private:
-    static V3 load(const float (&points)[3][kMost + kSpare], size_t i) {
-        const D d;
-        return {hn::Load(d, points[0] + i), hn::Load(d, points[1] + i), hn::Load(d, points[2] + i)};
-    }
-};
-
-// Strikes out one edge with these numbers.  False where there is none.
-bool StrikeOut(uint64_t* edges, size_t count, uint64_t numbers) {
-    uint64_t* const at = std::find(edges, edges + count, numbers);
-    if (at == edges + count) return false;
-    *at = Rim::kNone;
-    return true;
+template <class Tag, class Mask>
+uint32_t BitsOf(Tag d, Mask mask) {
+    uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, mask, bits);
+    return uint32_t(bits[1]) << 8 | bits[0];
 }
 
-// Some corners' numbers; says no only where it is sure.
-class CornerFilter {
-  public:
-    void add(uint32_t corner) { words_[corner / 64 % 4] |= uint64_t(1) << corner % 64; }
-    bool may_have(uint32_t corner) const { return words_[corner / 64 % 4] >> corner % 64 & 1; }
-
-  private:
-    uint64_t words_[4] = {};
-};
-
-// Some faces about a leaf, turned into its disc's frame, and their rim.
-class Patch {
-  public:
-    static constexpr size_t kMost = 64;
-
-    Patch(const Surface& surface, const glm::dvec3& centre, const Disc& disc)
-        : surface_(surface), centre_(centre), disc_(disc), square_(disc.radius * disc.radius * 1.0001f) {}
-
-    // Takes the faces about a leaf.  False where one of them is not seen from the normal's side.
-    bool take_fan(uint32_t leaf) {
-        const D d;
-        const uint32_t begin = surface_.fan_begin[leaf], end = surface_.fan_begin[leaf + 1];
-        const glm::vec3 vertex = turned(leaf);
-        const auto turn = [&](const PointArrays& points, size_t i) {
-            const V3 p{hn::LoadU(d, &points.x[i]), hn::LoadU(d, &points.y[i]), hn::LoadU(d, &points.z[i])};
-            return V3{hn::Add(Dot(Set3(d, disc_.frame.t1), p), hn::Set(d, vertex.x)),
-                      hn::Add(Dot(Set3(d, disc_.frame.t2), p), hn::Set(d, vertex.y)),
-                      hn::Add(Dot(Set3(d, disc_.frame.n), p), hn::Set(d, vertex.z))};
-        };
-        for (uint32_t i = begin; i < end; i += uint32_t(hn::Lanes(d))) {
-            const V3 p = turn(surface_.fan_p, i), q = turn(surface_.fan_q, i);
-            store(Set3(d, vertex), at_[0], i - begin), store(p, at_[1], i - begin),
-                store(q, at_[2], i - begin);
-            store(p, rim().from, i - begin), store(q, rim().to, i - begin);
-        }
-        count_ = fan_count_ = rim().count = end - begin;
-        for (uint32_t k = 0; k < count_; ++k) {
-            const glm::u32vec2 face = surface_.fan[begin + k];
-            rim().edge[k] = Rim::edge_of(face.x, face.y);
-            hwy::Prefetch(&surface_.fan[surface_.fan_begin[face.x]]);  // nearly all rims are crossed
-        }
-        keep_crossing(rim());
-        return is_facing(0);
-    }
-
-    // Adds the faces beyond the rim.  False, and nothing is added, where one of them is not there, or is not
-    // seen from the normal's side, or there are too many.
-    HWY_NOINLINE bool grow() {
-        const size_t first = count_;
-        const Rim& old = rim();
-        Rim& next = rims_[1 - now_];
-        next.count = 0;
-        uint64_t waiting[Rim::kMost];
-        std::copy_n(old.edge, old.count, waiting);
-        CornerFilter corners;
-        for (size_t k = 0; k < old.count; ++k)
-            corners.add(uint32_t(old.edge[k] >> 32)), corners.add(uint32_t(old.edge[k]));
-        bool is_grown = true;
-        for (size_t k = 0; k < old.count && is_grown; ++k)
-            if (waiting[k] != Rim::kNone) is_grown = add_beyond(old, k, waiting, next, corners);
-        if (!is_grown || !is_facing(first)) {
-            count_ = first;
-            return false;
-        }
-        keep_crossing(next);
-        now_ = 1 - now_;
-        return true;
-    }
-
-    bool is_whole() const { return rim().count == 0; }
-
-    // No face goes further up or down over the disc.
-    float height() {
-        const D d;
-        for (; measured_ < count_; measured_ = std::min(count_, measured_ + hn::Lanes(d))) measure(measured_);
-        return height_;
-    }
-
-    // Bound on the distance of the disc's points beyond the rim from it: on the way out from the disc's
-    // centre, which is over a face, they have passed it.  After height().
-    HWY_NOINLINE float overhang() const {
-        const D d;
-        if (!is_over_centre_) return std::numeric_limits<float>::infinity();
-        V most = hn::Zero(d);
-        for (size_t i = 0; i < rim().count; i += hn::Lanes(d)) {
-            const V3 s = rim().load_from(i), t = rim().load_to(i);
-            const V beyond =
-                hn::Max(hn::Zero(d), hn::Sub(hn::Set(d, disc_.radius), hn::Sqrt(SquareFromAxis(s, t))));
-            const V off = hn::Max(hn::Abs(s.z), hn::Abs(t.z));
-            const V square = hn::Add(hn::Mul(beyond, beyond), hn::Mul(off, off));
-            most = hn::Max(most, hn::IfThenElseZero(hn::FirstN(d, rim().count - i), square));
-        }
-        return std::sqrt(hn::GetLane(hn::MaxOfLanes(d, most)));
-    }
-
-  private:
-    static constexpr uint32_t kNone = ~0u;
-    using Row = float[kMost + kSpare];
-
-    template <size_t N>
-    static void store(const V3& p, float (&to)[3][N], size_t i) {
-        const D d;
-        hn::StoreU(p.x, d, to[0] + i), hn::StoreU(p.y, d, to[1] + i), hn::StoreU(p.z, d, to[2] + i);
-    }
+// Some faces by their corners, a lane a face.
+template <size_t kRoom>
+struct Corners {
+    alignas(64) float at[3][3][kRoom];  // corner, axis, face
     V3 load(size_t corner, size_t i) const {
         const D d;
-        return {hn::LoadU(d, at_[corner][0] + i), hn::LoadU(d, at_[corner][1] + i),
-                hn::LoadU(d, at_[corner][2] + i)};
+        return {hn::LoadU(d, &at[corner][0][i]), hn::LoadU(d, &at[corner][1][i]),
+                hn::LoadU(d, &at[corner][2][i])};
     }
-
-    Rim& rim() { return rims_[now_]; }
-    const Rim& rim() const { return rims_[now_]; }
-
-    glm::vec3 turned(uint32_t corner) const {
-        const glm::vec3 p(surface_.at[corner] - centre_);
-        return {glm::dot(disc_.frame.t1, p), glm::dot(disc_.frame.t2, p), glm::dot(disc_.frame.n, p)};
+    void set(size_t corner, size_t i, const glm::vec3& p) {
+        for (int axis = 0; axis < 3; ++axis) at[corner][axis][i] = p[axis];
     }
+};
 
-    // Adds the face that has edge k of a rim the other way round.  Its other edges meet their reverse among
-    // those that wait for it, or become part of the next rim.
-    bool add_beyond(const Rim& old, size_t k, uint64_t* waiting, Rim& next, CornerFilter& corners) {
-        const auto from = uint32_t(old.edge[k] >> 32), to = uint32_t(old.edge[k]);
-        const uint32_t third = beyond(from, to);
-        if (third == kNone || count_ == kMost) return false;
-        const glm::vec3 s{old.from[0][k], old.from[1][k], old.from[2][k]},
-            t{old.to[0][k], old.to[1][k], old.to[2][k]}, at = turned(third);
-        for (int axis = 0; axis < 3; ++axis)
-            at_[0][axis][count_] = t[axis], at_[1][axis][count_] = s[axis], at_[2][axis][count_] = at[axis];
-        ++count_;
-        const bool is_new = !corners.may_have(third);
-        const auto join = [&](uint32_t a, uint32_t b, const glm::vec3& at_a, const glm::vec3& at_b) {
-            const uint64_t reverse = Rim::edge_of(b, a);
-            if (is_new ||
-                (!StrikeOut(waiting, old.count, reverse) && !StrikeOut(next.edge, next.count, reverse)))
-                next.add(Rim::edge_of(a, b), at_a, at_b);
-        };
-        join(from, third, s, at), join(third, to, at, t);
-        corners.add(third);
-        return true;
-    }
+// Some faces about leaves that are near each other.
+class Patch {
+  public:
+    static constexpr size_t kMost = 256;
+    // Edges are near that are within 1.02 times the distance of the discs' points from their middle.  Those
+    // that are not and yet cross a disc, seen from its normal, do so at least sqrt(2 * 0.02) radii up or
+    // down: where faces are not as far up or down as this, such edges need not be looked for.
+    static constexpr float kSteep = 0.19f;
 
-    // The third corner of the face that has an edge the other way round: about the corner where the edge
-    // begins, its p where q is the edge's end; about the corner where it ends, its q where p is the edge's
-    // beginning.
-    uint32_t beyond(uint32_t from, uint32_t to) const {
-        const uint32_t third = partner(from, to, 0xaaaau);
-        return third != kNone ? third : partner(to, from, 0x5555u);
-    }
+    Patch(const Surface& surface, FaceMarks& marks) : surface_(surface), marks_(marks) {}
 
-    // The other corner of the face about a corner that has `corner` where the bits of the mask are set.
-    uint32_t partner(uint32_t about, uint32_t corner, uint32_t mask) const {
-        const hn::CappedTag<uint32_t, kSpare> d;
-        const uint32_t begin = surface_.fan_begin[about], numbers = 2 * surface_.valence(about);
-        const uint32_t* const fan = &surface_.fan[begin].x;
-        for (uint32_t at = 0; at < numbers; at += uint32_t(hn::Lanes(d))) {
-            const auto same =
-                hn::And(hn::FirstN(d, numbers - at), hn::Eq(hn::LoadU(d, fan + at), hn::Set(d, corner)));
-            if (const uint32_t found = bits_of(d, same) & mask)
-                return fan[(at + unsigned(__builtin_ctz(found))) ^ 1u];
-        }
-        return kNone;
-    }
+    // Takes the faces about the leaves of some discs, no more than kMost, and those beyond their edges, until
+    // no edge at the rim comes near a disc, or there are kMost.
+    void take(std::span<const LeafDisc> discs) { take(discs, nullptr); }
+    // The same for a single disc, up to where faces are not seen from its normal's side.
+    void take_facing(const LeafDisc& disc) { take({&disc, 1}, &disc.frame.n); }
 
-    template <class Tag, class Mask>
-    static uint32_t bits_of(Tag d, Mask mask) {
-        uint8_t bits[8] = {};
-        hn::StoreMaskBits(d, mask, bits);
-        return uint32_t(bits[1]) << 8 | bits[0];
-    }
-
-    // Are the faces from `first` on seen from the normal's side?
-    HWY_NOINLINE bool is_facing(size_t first) const {
+    // What is seen of it from one of its discs.
+    struct View {
+        bool is_whole = true;    // there are faces, and no edge at the rim crosses the disc
+        bool is_folded = false;  // a face over the disc is not seen from the normal's side
+        float height = 0;  // no face goes further up or down over the disc, if that is more than `enough`
+        // Bound on the distance of the disc's points beyond the rim from it: on the way out from the disc's
+        // centre, which is over a face, they have passed it.
+        float overhang = 0;
+    };
+    View view(const LeafDisc& disc, float enough) const {
+        Close close;
+        close.count = 0;
+        const glm::vec3 from(disc.centre - centre_);
         const D d;
-        for (size_t i = first; i < count_; i += hn::Lanes(d)) {
-            const V3 v = load(0, i), p = load(1, i), q = load(2, i);
-            const V area = Cross(hn::Sub(p.x, v.x), hn::Sub(p.y, v.y), hn::Sub(q.x, v.x), hn::Sub(q.y, v.y));
-            if (!hn::AllTrue(d, hn::Or(hn::Not(hn::FirstN(d, count_ - i)), hn::Gt(area, hn::Zero(d)))))
-                return false;
-        }
-        return true;
-    }
-
-    // Drops the edges of a rim that do not cross the disc, and those that were struck out.
-    HWY_NOINLINE void keep_crossing(Rim& rim) const {
-        const D d;
-        size_t kept = 0;
-        for (size_t i = 0; i < rim.count; i += hn::Lanes(d)) {
-            const auto crossing =
-                hn::Le(SquareFromAxis(rim.load_from(i), rim.load_to(i)), hn::Set(d, square_));
-            for (uint32_t bits = bits_of(d, hn::And(hn::FirstN(d, rim.count - i), crossing)); bits;
-                 bits &= bits - 1) {
-                const size_t at = i + unsigned(__builtin_ctz(bits));
-                if (rim.edge[at] != Rim::kNone) rim.move(at, kept++);
+        const V3 t1 = Set3(d, disc.frame.t1), t2 = Set3(d, disc.frame.t2), n = Set3(d, disc.frame.n);
+        const V x0 = hn::Set(d, glm::dot(disc.frame.t1, from)),
+                y0 = hn::Set(d, glm::dot(disc.frame.t2, from)), z0 = hn::Set(d, glm::dot(disc.frame.n, from));
+        const V zero = hn::Zero(d), square = hn::Set(d, square_of(disc));
+        for (size_t i = 0; i < count_; i += hn::Lanes(d)) {
+            const auto turned = [&](size_t corner) HWY_ATTR {
+                const V3 p = faces_.load(corner, i);
+                return V3{hn::Sub(Dot(t1, p), x0), hn::Sub(Dot(t2, p), y0), hn::Sub(Dot(n, p), z0)};
+            };
+            const V3 a = turned(0), b = turned(1), c = turned(2);
+            const V reach = reach_of(a, b, c, square);
+            // The disc is beyond an edge.
+            const auto is_beyond = [&](const V3& s, const V3& t) HWY_ATTR {
+                const V dx = hn::Sub(t.x, s.x), dy = hn::Sub(t.y, s.y), area = Cross(s.x, s.y, t.x, t.y);
+                return hn::And(
+                    hn::Lt(area, zero),
+                    hn::Gt(hn::Mul(area, area), hn::Mul(reach, hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)))));
+            };
+            const V corners = hn::Max(hn::Abs(a.z), hn::Max(hn::Abs(b.z), hn::Abs(c.z)));
+            const auto facing = hn::Gt(area_of(a, b, c), zero);
+            auto matters = hn::Or(hn::Gt(corners, hn::Set(d, enough)), hn::Not(facing));
+            if (has_rim_) matters = hn::Or(matters, hn::Ne(hn::LoadU(d, &rim_[i]), zero));
+            matters = hn::And(matters, hn::FirstN(d, count_ - i));
+            matters = hn::AndNot(
+                hn::And(facing, hn::Or(is_beyond(a, b), hn::Or(is_beyond(b, c), is_beyond(c, a)))), matters);
+            if (hn::AllFalse(d, matters)) continue;
+            const V3* const points[3] = {&a, &b, &c};
+            for (size_t k = 0; k < 3; ++k) {
+                hn::CompressStore(points[k]->x, matters, d, &close.faces.at[k][0][close.count]);
+                hn::CompressStore(points[k]->y, matters, d, &close.faces.at[k][1][close.count]);
+                hn::CompressStore(points[k]->z, matters, d, &close.faces.at[k][2][close.count]);
             }
+            if (has_rim_) hn::CompressStore(hn::LoadU(d, &rim_[i]), matters, d, &close.rim[close.count]);
+            close.count += hn::CountTrue(d, matters);
         }
-        rim.count = kept;
+        return view_of(close, disc);
     }
 
-    // Highest and lowest a face is where its edges enter or leave the disc or end in it, or where the rim is
-    // furthest up or down its plane.  The disc is taken larger by what rounding may do.  An edge is seen from
-    // one of its faces: that to the first corner of a face that was added is one of the rim's before, and
-    // that from the third corner of a face of the fan is the next one's.
-    void measure(size_t first) {
+  private:
+    static constexpr float kRoom = 1.02f;
+    static constexpr size_t kPlaces = kMost + 4 * kSpare;
+
+    // Those faces that matter to a disc, in its frame: it is about 0, across z.
+    struct Close {
+        size_t count;
+        Corners<kPlaces> faces;
+        alignas(64) float rim[kPlaces];  // as rim_
+    };
+
+    static float square_of(const LeafDisc& disc) { return disc.radius * disc.radius * 1.0001f; }
+    // The disc is taken larger by what rounding may do.
+    static V reach_of(const V3& a, const V3& b, const V3& c, V square) {
         const D d;
-        const V3 v = load(0, first), p = load(1, first), q = load(2, first);
-        const auto valid = hn::FirstN(d, count_ - first);
-        const auto is_fan = hn::FirstN(d, fan_count_ - std::min(first, fan_count_));
-        const V most_square = hn::Max(SquareFromAxis(v), hn::Max(SquareFromAxis(p), SquareFromAxis(q)));
-        const V reach = hn::Add(hn::Set(d, square_), hn::Mul(most_square, hn::Set(d, 1e-6f)));
-        const auto pick = [&](V a, V b) { return hn::IfThenElse(is_fan, a, b); };
-        const V3 s{pick(v.x, q.x), pick(v.y, q.y), pick(v.z, q.z)},
-            t{pick(p.x, v.x), pick(p.y, v.y), pick(p.z, v.z)};
-        const V edges = hn::Max(HeightOfEdge(p, q, reach), HeightOfEdge(s, t, reach));
-        const V corners = hn::Max(hn::Abs(v.z), hn::Max(hn::Abs(p.z), hn::Abs(q.z)));
-        const V height = hn::Min(corners, hn::Max(edges, HeightAtRim(v, p, q, reach)));
-        height_ = std::max(height_, hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(valid, height))));
-        const auto is_left = [&](const V3& a, const V3& b) {
-            return hn::Ge(Cross(a.x, a.y, b.x, b.y), hn::Zero(d));
+        const V most = hn::Max(SquareFromAxis(a), hn::Max(SquareFromAxis(b), SquareFromAxis(c)));
+        return hn::Add(square, hn::Mul(most, hn::Set(d, 1e-6f)));
+    }
+    static V area_of(const V3& a, const V3& b, const V3& c) {
+        return Cross(hn::Sub(b.x, a.x), hn::Sub(b.y, a.y), hn::Sub(c.x, a.x), hn::Sub(c.y, a.y));
+    }
+
+    View view_of(const Close& close, const LeafDisc& disc) const {
+        const D d;
+        const V zero = hn::Zero(d), square = hn::Set(d, square_of(disc));
+        const auto is_left = [&](const V3& a, const V3& b)
+                                 HWY_ATTR { return hn::Ge(Cross(a.x, a.y, b.x, b.y), zero); };
+        V most = zero, beyond_most = zero;
+        auto open = hn::FirstN(d, 0), folded = open;
+        for (size_t i = 0; i < close.count; i += hn::Lanes(d)) {
+            const auto valid = hn::FirstN(d, close.count - i);
+            const V3 a = close.faces.load(0, i), b = close.faces.load(1, i), c = close.faces.load(2, i);
+            const V reach = reach_of(a, b, c, square);
+            const Crossing ab = CrossingOf(a, b, reach), bc = CrossingOf(b, c, reach),
+                           ca = CrossingOf(c, a, reach);
+            const auto about = hn::And(is_left(a, b), hn::And(is_left(b, c), is_left(c, a)));
+            const auto meets =
+                hn::And(valid, hn::Or(about, hn::Or(ab.is_over, hn::Or(bc.is_over, ca.is_over))));
+            folded = hn::Or(folded, hn::AndNot(hn::Gt(area_of(a, b, c), zero), meets));
+            // Highest and lowest a face is where its edges enter or leave the disc or end in it, or where the
+            // disc's rim is furthest up or down its plane.
+            const auto height_of = [&](const Crossing& crossing) HWY_ATTR {
+                return hn::IfThenElseZero(crossing.is_over, crossing.height);
+            };
+            const V edges = hn::Max(height_of(ab), hn::Max(height_of(bc), height_of(ca)));
+            const V corners = hn::Max(hn::Abs(a.z), hn::Max(hn::Abs(b.z), hn::Abs(c.z)));
+            most = hn::Max(most, hn::IfThenElseZero(
+                                     meets, hn::Min(corners, hn::Max(edges, HeightAtRim(a, b, c, reach)))));
+            if (!has_rim_) continue;
+            const hn::RebindToSigned<D> di;
+            const auto bits = hn::ConvertTo(di, hn::LoadU(d, &close.rim[i]));
+            const auto beyond = [&](int k, const Crossing& crossing, const V3& s, const V3& t) HWY_ATTR {
+                const auto is_rim = hn::And(hn::And(valid, crossing.is_over),
+                                            hn::RebindMask(d, hn::TestBit(bits, hn::Set(di, 1 << k))));
+                open = hn::Or(open, is_rim);
+                const V out = hn::Max(zero, hn::Sub(hn::Set(d, disc.radius), hn::Sqrt(SquareFromAxis(s, t))));
+                const V off = hn::Max(hn::Abs(s.z), hn::Abs(t.z));
+                beyond_most = hn::Max(
+                    beyond_most, hn::IfThenElseZero(is_rim, hn::Add(hn::Mul(out, out), hn::Mul(off, off))));
+            };
+            beyond(0, ab, a, b), beyond(1, bc, b, c), beyond(2, ca, c, a);
+        }
+        View view;
+        view.is_whole = count_ > 0 && hn::AllFalse(d, open), view.is_folded = !hn::AllFalse(d, folded);
+        view.height = hn::GetLane(hn::MaxOfLanes(d, most));
+        if (!view.is_whole)
+            view.overhang = is_over_centre(disc) ? std::sqrt(hn::GetLane(hn::MaxOfLanes(d, beyond_most)))
+                                                 : std::numeric_limits<float>::infinity();
+        return view;
+    }
+
+    // Is a face over the middle of the disc?
+    HWY_NOINLINE bool is_over_centre(const LeafDisc& disc) const {
+        const glm::vec3 from(disc.centre - centre_);
+        for (size_t i = 0; i < count_; ++i) {
+            glm::vec2 p[3];
+            for (int k = 0; k < 3; ++k) {
+                const glm::vec3 at =
+                    glm::vec3(faces_.at[k][0][i], faces_.at[k][1][i], faces_.at[k][2][i]) - from;
+                p[k] = {glm::dot(disc.frame.t1, at), glm::dot(disc.frame.t2, at)};
+            }
+            const auto is_left = [&](int k, int j) { return p[k].x * p[j].y - p[k].y * p[j].x >= 0; };
+            if (is_left(0, 1) && is_left(1, 2) && is_left(2, 0)) return true;
+        }
+        return false;
+    }
+
+    void take(std::span<const LeafDisc> discs, const glm::vec3* normal) {
+        glm::dvec3 low = discs[0].centre, high = low;
+        for (const LeafDisc& disc : discs)
+            low = glm::min(low, disc.centre), high = glm::max(high, disc.centre);
+        centre_ = 0.5 * low + 0.5 * high;
+        float reach = 0;
+        for (const LeafDisc& disc : discs)
+            reach = std::max(reach, float(glm::length(disc.centre - centre_)) + disc.radius);
+        reach *= kRoom;
+        marks_.now += 2;
+        count_ = 0, has_rim_ = normal != nullptr;
+        for (const LeafDisc& disc : discs)
+            for (uint32_t k = surface_.fan_begin[disc.leaf]; k < surface_.fan_begin[disc.leaf + 1]; ++k)
+                append(Surface::face_of(surface_.fan_side[k]));
+        for (size_t done = 0, end; done < count_; done = end) {
+            end = std::min(count_, done + kSpare);
+            if (normal && has_averted(done, end, *normal)) count_ = end = done;
+            for (size_t i = done; i < end; ++i) place(i);
+            if (count_ > kMost)
+                has_rim_ = true;
+            else
+                grow(done, end - done, reach * reach);
+        }
+        if (has_rim_) find_rim();
+    }
+
+    // Marks are now - 1 of faces that were looked at, and in find_rim() now of those that were taken.
+    void append(uint32_t face) {
+        face_[count_] = face;
+        count_ += marks_.taken[face] < marks_.now - 1;
+        marks_.taken[face] = marks_.now - 1;
+    }
+
+    glm::vec3 corner(uint32_t face, int k) const {
+        return glm::vec3(surface_.at[surface_.faces[face][k]] - centre_);
+    }
+    void place(size_t i) {
+        for (int k = 0; k < 3; ++k) faces_.set(size_t(k), i, corner(face_[i], k));
+    }
+
+    HWY_NOINLINE bool has_averted(size_t begin, size_t end, const glm::vec3& normal) const {
+        return std::any_of(face_ + begin, face_ + end, [&](uint32_t face) {
+            const glm::vec3 p = corner(face, 0);
+            return !(glm::dot(normal, glm::cross(corner(face, 1) - p, corner(face, 2) - p)) > 0);
+        });
+    }
+
+    // Appends the faces beyond those edges of some faces that come near the discs.
+    void grow(size_t first, size_t count, float square) {
+        const D d;
+        const V most = hn::Set(d, square);
+        const auto near = [&](const V3& s, const V3& t, V ss, V tt) HWY_ATTR {
+            const V3 to{hn::Sub(t.x, s.x), hn::Sub(t.y, s.y), hn::Sub(t.z, s.z)};
+            const V all = Dot(to, to), along = hn::Neg(Dot(s, to));
+            const auto foot_is_near =
+                hn::And(hn::And(hn::Gt(along, hn::Zero(d)), hn::Lt(along, all)),
+                        hn::Le(hn::Sub(hn::Mul(ss, all), hn::Mul(along, along)), hn::Mul(most, all)));
+            return uint64_t(BitsOf(d, hn::Or(foot_is_near, hn::Le(hn::Min(ss, tt), most))));
         };
-        is_over_centre_ |=
-            !hn::AllFalse(d, hn::And(valid, hn::And(is_left(v, p), hn::And(is_left(p, q), is_left(q, v)))));
+        static_assert(kSpare == 16);
+        uint64_t edges = 0;
+        for (size_t i = 0; i < kSpare; i += hn::Lanes(d)) {
+            const V3 a = faces_.load(0, first + i), b = faces_.load(1, first + i),
+                     c = faces_.load(2, first + i);
+            const V aa = Dot(a, a), bb = Dot(b, b), cc = Dot(c, c);
+            edges |= (near(a, b, aa, bb) | near(b, c, bb, cc) << 16 | near(c, a, cc, aa) << 32) << i;
+        }
+        edges &= ((uint64_t(1) << count) - 1) * 0x100010001u;
+        for (; edges; edges &= edges - 1) {
+            const auto at = unsigned(__builtin_ctzll(edges));
+            const uint32_t against = surface_.against[Surface::side_of(face_[first + at % 16], at / 16)];
+            if (against == Surface::kNone)
+                has_rim_ = true;
+            else
+                append(Surface::face_of(against));
+        }
+    }
+
+    HWY_NOINLINE void find_rim() {
+        for (size_t i = 0; i < count_; ++i) marks_.taken[face_[i]] = marks_.now;
+        for (size_t i = 0; i < count_; ++i) {
+            int edges = 0;
+            for (uint32_t k = 0; k < 3; ++k) {
+                const uint32_t against = surface_.against[Surface::side_of(face_[i], k)];
+                if (against == Surface::kNone || marks_.taken[Surface::face_of(against)] != marks_.now)
+                    edges |= 1 << k;
+            }
+            rim_[i] = float(edges);
+        }
     }
 
     const Surface& surface_;
-    const glm::dvec3 centre_;
-    const Disc& disc_;
-    const float square_;                // of the radius
-    size_t count_ = 0, fan_count_ = 0;  // faces; those about the leaf come first
-    size_t measured_ = 0;
-    alignas(64) Row at_[3][3];  // corner, axis, face
-    Rim rims_[2];
-    int now_ = 0;
-    float height_ = 0;
-    bool is_over_centre_ = false;
+    FaceMarks& marks_;
+    glm::dvec3 centre_{0};
+    size_t count_ = 0;
+    bool has_rim_ = false;            // near a disc
+    Corners<kPlaces> faces_;          // relative to the centre
+    alignas(64) float rim_[kPlaces];  // a bit for each edge that has no face of the patch on its other side
+    uint32_t face_[kPlaces];
 };
 
-// Distance from (px, py, 0) to the triangle a, b, c: to its plane where the foot is inside, else to the
-// edges.
+// Square of the distance from (px, py, 0) to the triangle a, b, c: to its plane where the foot is inside,
+// else to the edges.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V DistanceToTriangle(D d, V px, V py, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+HWY_INLINE V SquareToTriangle(D d, V px, V py, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     const auto edge = [&](const glm::vec3& from, const glm::vec3& to) {
         const glm::vec3 e = to - from;
@@ -377,7 +386,7 @@ HWY_INLINE V DistanceToTriangle(D d, V px, V py, const glm::vec3& a, const glm::
     const V edges = hn::Min(edge(a, b), hn::Min(edge(b, c), edge(c, a)));
     const glm::vec3 n = glm::cross(b - a, c - a);
     const float area = glm::dot(n, n);
-    if (!(area > 0)) return hn::Sqrt(edges);
+    if (!(area > 0)) return edges;
     const auto side = [&](const glm::vec3& from, const glm::vec3& to) {  // of the edge, in the plane
         const glm::vec3 m = glm::cross(n, to - from);
         const V x = hn::Sub(px, hn::Set(d, from.x)), y = hn::Sub(py, hn::Set(d, from.y));
@@ -389,16 +398,16 @@ HWY_INLINE V DistanceToTriangle(D d, V px, V py, const glm::vec3& a, const glm::
     const V x = hn::Sub(px, hn::Set(d, a.x)), y = hn::Sub(py, hn::Set(d, a.y));
     const V plane =
         hn::Add(hn::Add(hn::Mul(x, hn::Set(d, n.x)), hn::Mul(y, hn::Set(d, n.y))), hn::Set(d, -a.z * n.z));
-    return hn::Sqrt(hn::IfThenElse(inside, hn::Mul(hn::Mul(plane, plane), hn::Set(d, 1.0f / area)), edges));
+    return hn::IfThenElse(inside, hn::Mul(hn::Mul(plane, plane), hn::Set(d, 1.0f / area)), edges);
 }
 
 // Bound on the distance of the disc's points from the faces about the leaf and about its neighbours that are
 // not far from the disc (of more than kMost, the first ones).
-HWY_NOINLINE float NearFacesError(const Surface& surface, uint32_t leaf, const glm::dvec3& centre,
-                                  const Disc& disc) {
+HWY_NOINLINE float NearFacesError(const Surface& surface, const LeafDisc& disc) {
     constexpr size_t kMost = 256;
+    const uint32_t leaf = disc.leaf;
     const auto turned = [&](uint32_t corner) {
-        const glm::vec3 x(surface.at[corner] - centre);
+        const glm::vec3 x(surface.at[corner] - disc.centre);
         return glm::vec3(glm::dot(disc.frame.t1, x), glm::dot(disc.frame.t2, x), glm::dot(disc.frame.n, x)) /
                disc.radius;  // of order 1: squares stay in range
     };
@@ -421,37 +430,56 @@ HWY_NOINLINE float NearFacesError(const Surface& surface, uint32_t leaf, const g
             v[taken] = turned(pivots[n]), p[taken] = turned(face.x), q[taken] = turned(face.y);
             ++taken;
         }
-    const auto distance = [&](size_t k, auto x, auto y) {
-        return DistanceToTriangle(Sectors(), x, y, v[k], p[k], q[k]);
+    const auto square_of = [&](size_t k, auto x, auto y) {
+        return SquareToTriangle(Sectors(), x, y, v[k], p[k], q[k]);
     };
     const auto error = [](size_t) { return 0.0f; };
-    return disc.radius * Cells(1.0f, taken, distance, error).fine_bound(kErrorOfRadius[disc.flatness][0]);
+    return disc.radius * Cells(1.0f, taken, square_of, error).fine_bound(kErrorOfRadius[disc.flatness][0]);
 }
 
-// The faces about the leaf are taken, and then those beyond their rim, until no edge of the rim crosses the
-// disc.  If all of them are seen from the normal's side, their projection covers the whole disc (its degree
-// over the disc is constant, and positive at the vertex), so that over each point of the disc there is
-// surface, no further up or down than the faces that meet the disc go.  Where they fold over or end, it is
-// the distance to the faces near it.
-float LeafError(const Surface& surface, uint32_t leaf, const glm::dvec3& centre, const Disc& disc) {
-    if (!surface.is_closed[leaf] || surface.valence(leaf) > Patch::kMost / 2)
-        return NearFacesError(surface, leaf, centre, disc);
-    Patch patch(surface, centre, disc);
-    if (!patch.take_fan(leaf)) return NearFacesError(surface, leaf, centre, disc);
-    const auto code = [&](float error) { return encode_error(error, disc.radius, disc.flatness); };
-    for (bool is_fan = true; !patch.is_whole(); is_fan = false) {
-        // Faces further out matter only where they make the code smaller.  The first ones beyond the fan
-        // nearly always do.
-        if (!is_fan) {
-            const float height = patch.height(), bound = std::max(height, patch.overhang());
-            if (code(bound) == code(height)) return bound;
+// By a patch of its own.
+HWY_NOINLINE float LoneError(const Surface& surface, const LeafDisc& disc, Patch& patch) {
+    if (!surface.is_closed[disc.leaf] || surface.valence(disc.leaf) > Patch::kMost)
+        return NearFacesError(surface, disc);
+    patch.take_facing(disc);
+    const Patch::View view = patch.view(disc, 0);
+    if (view.is_folded) return NearFacesError(surface, disc);
+    if (view.is_whole) return view.height;
+    const float bound = std::max(view.height, view.overhang);
+    return encode_error(bound, disc.radius, disc.flatness) == 0
+               ? bound
+               : std::min(bound, NearFacesError(surface, disc));
+}
+
+// The patch about some leaves is grown until its rim is outside their discs.  If all its faces over a disc
+// are seen from the normal's side, their projection covers the whole disc (its degree over the disc is
+// constant, and positive at the vertex), so that over each point of the disc there is surface, no further up
+// or down than the faces that meet the disc go.  Where they fold over or end, each leaf has its own patch of
+// faces that do not fold over; where it ends over the disc, it is the distance from its rim, or to the faces
+// near the leaf.
+void LeafErrors(const Surface& surface, std::span<const LeafDisc> discs, FaceMarks& marks, float* errors) {
+    Patch patch(surface, marks);
+    size_t faces = 0;
+    bool is_closed = true;
+    for (const LeafDisc& disc : discs)
+        faces += surface.valence(disc.leaf), is_closed &= surface.is_closed[disc.leaf] != 0;
+    std::vector<const LeafDisc*> lone;
+    if (is_closed && faces <= Patch::kMost) {
+        patch.take(discs);
+        for (size_t k = 0; k < discs.size(); ++k) {
+            // A little less than the first code, for what is added for rounding.
+            const float enough =
+                discs[k].radius * std::min(0.999f * kErrorOfRadius[discs[k].flatness][0], Patch::kSteep);
+            const Patch::View view = patch.view(discs[k], enough);
+            if (view.is_whole && !view.is_folded && view.height < Patch::kSteep * discs[k].radius)
+                errors[k] = std::max(view.height, enough);
+            else
+                lone.push_back(&discs[k]);
         }
-        if (!patch.grow()) {
-            const float height = patch.height();
-            return std::min(std::max(height, patch.overhang()), NearFacesError(surface, leaf, centre, disc));
-        }
+    } else {
+        for (const LeafDisc& disc : discs) lone.push_back(&disc);
     }
-    return patch.height();
+    for (const LeafDisc* disc : lone) errors[disc - discs.data()] = LoneError(surface, *disc, patch);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -461,10 +489,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace splat {
 
-HWY_EXPORT(LeafError);
+HWY_EXPORT(LeafErrors);
 
-float leaf_error(const Surface& surface, uint32_t leaf, const glm::dvec3& centre, const Disc& disc) {
-    return HWY_DYNAMIC_DISPATCH(LeafError)(surface, leaf, centre, disc);
+void leaf_errors(const Surface& surface, std::span<const LeafDisc> discs, FaceMarks& marks,
+                 std::span<float> errors) {
+    HWY_DYNAMIC_DISPATCH(LeafErrors)(surface, discs, marks, errors.data());
 }
 
 }  // namespace splat

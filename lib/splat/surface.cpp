@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "splat/node.h"
 
@@ -32,6 +33,8 @@ struct Faces {
         corners.resize(n);
     }
 };
+
+constexpr uint32_t kLone = ~0u;
 
 }  // namespace
 }  // namespace splat
@@ -104,6 +107,31 @@ void ShareOut(Faces& faces, size_t count) {
     }
 }
 
+// For each p of a fan where the same corner is a q: kLone where there is not exactly one of each.  True where
+// there are as many of each.
+bool MatchFan(const glm::u32vec2* fan, uint32_t count, uint32_t* match) {
+    const hn::CappedTag<uint32_t, kSpare> d;
+    const auto lanes = uint32_t(hn::Lanes(d));
+    bool is_closed = count > 0;
+    for (uint32_t k = 0; k < count; ++k) {
+        const auto wanted = hn::Set(d, fan[k].x);
+        size_t out = 0, in = 0;
+        match[k] = kLone;
+        for (uint32_t at = 0; at < count; at += lanes) {
+            hn::Vec<decltype(d)> p, q;
+            hn::LoadInterleaved2(d, &fan[at].x, p, q);
+            const auto valid = hn::FirstN(d, count - at);
+            const auto same = hn::And(valid, hn::Eq(q, wanted));
+            out += hn::CountTrue(d, hn::And(valid, hn::Eq(p, wanted))), in += hn::CountTrue(d, same);
+            if (const intptr_t found = hn::FindFirstTrue(d, same); found >= 0)
+                match[k] = at + uint32_t(found);
+        }
+        is_closed &= out == in;
+        if (out != 1 || in != 1) match[k] = kLone;
+    }
+    return is_closed;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace splat
 HWY_AFTER_NAMESPACE();
@@ -112,6 +140,7 @@ HWY_AFTER_NAMESPACE();
 namespace splat {
 
 HWY_EXPORT(ShareOut);
+HWY_EXPORT(MatchFan);
 
 namespace {
 
@@ -136,9 +165,21 @@ class Gatherer {
         out_.at.reserve(out_.count + out_.count / 4), out_.leaf.reserve(out_.count + out_.count / 4);
         for (uint32_t i = 0; i < out_.count; ++i)
             out_.at.push_back(in_.model(in_.begin + i) - base_), out_.leaf.push_back(in_.begin + i);
-        corners_.resize(in_.faces.size());
-        for (size_t f = 0; f < corners_.size(); ++f)
-            for (int k = 0; k < 3; ++k) corners_[f][k] = number_of(in_.faces[f][k]);
+        std::vector<glm::u32vec3> faces(in_.faces.size());
+        for (size_t f = 0; f < faces.size(); ++f)
+            for (int k = 0; k < 3; ++k) faces[f][k] = number_of(in_.faces[f][k]);
+        sort_faces(faces);
+    }
+
+    // In the order of their lowest corners, so that what is near in the tree is near in memory: in that of
+    // the input all that follows takes a tenth longer.
+    void sort_faces(const std::vector<glm::u32vec3>& faces) {
+        const auto lowest = [](const glm::u32vec3& c) { return std::min(c.x, std::min(c.y, c.z)); };
+        std::vector<uint32_t> to(out_.at.size() + 1, 0);
+        for (const glm::u32vec3& c : faces) ++to[lowest(c) + 1];
+        std::partial_sum(to.begin(), to.end(), to.begin());
+        out_.faces.resize(faces.size());
+        for (const glm::u32vec3& c : faces) out_.faces[to[lowest(c)]++] = c;
     }
 
     // Open addressing: strangers are few, and looked up often.
@@ -170,27 +211,44 @@ class Gatherer {
 
     void gather_fans() {
         out_.fan_begin.assign(out_.at.size() + 1, 0);
-        for (const glm::u32vec3& c : corners_)
+        for (const glm::u32vec3& c : out_.faces)
             for (int k = 0; k < 3; ++k) ++out_.fan_begin[c[k] + 1];
         for (size_t i = 0; i < out_.at.size(); ++i) out_.fan_begin[i + 1] += out_.fan_begin[i];
-        out_.fan.resize(out_.fan_begin.back() + kSpare);
+        out_.fan.resize(out_.fan_begin.back() + kSpare), out_.fan_side.resize(out_.fan_begin.back());
         std::vector<uint32_t> to(out_.fan_begin.begin(), out_.fan_begin.end() - 1);
-        for (const glm::u32vec3& c : corners_)
-            for (int k = 0; k < 3; ++k) out_.fan[to[c[k]]++] = {c[(k + 1) % 3], c[(k + 2) % 3]};
+        for (uint32_t f = 0; f < out_.faces.size(); ++f) {
+            const glm::u32vec3& c = out_.faces[f];
+            for (uint32_t k = 0; k < 3; ++k) {
+                const uint32_t entry = to[c[k]]++;
+                out_.fan[entry] = {c[(k + 1) % 3], c[(k + 2) % 3]};
+                out_.fan_side[entry] = Surface::side_of(f, k);
+            }
+        }
+        match_sides();
+    }
+
+    // Within the faces about a corner, the edge that goes out to another corner meets the one that comes in
+    // from there.
+    void match_sides() {
         out_.is_closed.resize(out_.count);
-        for (uint32_t i = 0; i < out_.count; ++i) {
-            uint64_t out = 0, in = 0;  // sums of hashes: equal where each edge is left as often as entered
-            for (uint32_t k = out_.fan_begin[i]; k < out_.fan_begin[i + 1]; ++k)
-                out += mix(out_.fan[k].x), in += mix(out_.fan[k].y);
-            out_.is_closed[i] = out == in && out_.valence(i) > 0;
+        out_.against.resize(4 * out_.faces.size());
+        std::vector<uint32_t> match;
+        for (uint32_t i = 0; i < out_.at.size(); ++i) {
+            const uint32_t begin = out_.fan_begin[i], count = out_.valence(i);
+            if (match.size() < count) match.resize(2 * size_t(count));
+            const bool is_closed = HWY_DYNAMIC_DISPATCH(MatchFan)(&out_.fan[begin], count, match.data());
+            if (i < out_.count) out_.is_closed[i] = is_closed;
+            for (uint32_t k = 0; k < count; ++k)
+                out_.against[out_.fan_side[begin + k]] =
+                    match[k] == kLone ? Surface::kNone : incoming(out_.fan_side[begin + match[k]]);
         }
     }
+    // Of a face, the edge before one.
+    static uint32_t incoming(uint32_t side) { return side % 4 == 0 ? side + 2 : side - 1; }
 
     void reserve() {
         const size_t faces = out_.fan_begin[out_.count];
-        out_.fan_p.resize(faces + kSpare), out_.fan_q.resize(faces + kSpare);
-        constexpr size_t kDisc = 8;  // corners of a bare point's disc
-        out_.corners.resize(in_.cloud_radii.empty() ? out_.count + 4 * faces : out_.count * (kDisc + 1));
+        out_.corners.resize(in_.cloud_radii.empty() ? out_.count + 2 * faces : out_.count * (kDisc + 1));
         out_.face_normals.resize(faces + 2 * size_t(out_.count));
         out_.corner_begin.assign(1, 0), out_.normal_begin.assign(1, 0);
         out_.corner_begin.reserve(out_.count + 1), out_.normal_begin.reserve(out_.count + 1),
@@ -213,9 +271,10 @@ class Gatherer {
                                  q = out_.at[out_.fan[k].y] - out_.at[i];
                 for (int axis = 0; axis < 3; ++axis)
                     faces_.p[axis][k - first] = p[axis], faces_.q[axis][k - first] = q[axis];
-                out_.fan_p.set(k, glm::vec3(p)), out_.fan_q.set(k, glm::vec3(q));
             }
         HWY_DYNAMIC_DISPATCH(ShareOut)(faces_, count);
+        const size_t most = out_.corner_begin.back() + (kDisc + 1) * size_t(end - begin) + 4 * size_t(count);
+        if (out_.corners.size() < most) out_.corners.resize(most + most / 4);
         for (uint32_t i = begin; i < end; ++i) gather_leaf(i, first);
         return end;
     }
@@ -252,8 +311,8 @@ class Gatherer {
         };
         for (uint32_t face = out_.fan_begin[i]; face < out_.fan_begin[i + 1]; ++face) {
             const size_t k = face - first_face;
-            add_corner(0.5f * out_.fan_p.get(face));
-            if (!out_.is_closed[i]) add_corner(0.5f * out_.fan_q.get(face));
+            add_corner(0.5f * glm::vec3(get(faces_.p, k)));
+            if (!out_.is_closed[i]) add_corner(0.5f * glm::vec3(get(faces_.q, k)));
             if (faces_.corners[k] > 0) add_corner(get(faces_.first, k));
             if (faces_.corners[k] > 1) add_corner(get(faces_.second, k));
             const glm::vec3 normal = get(faces_.normal, k);
@@ -287,11 +346,12 @@ class Gatherer {
         return glm::dvec3(n) * (radius * radius);
     }
 
+    static constexpr size_t kDisc = 8;  // corners of a bare point's disc
+
     const SubtreeInput& in_;
     const glm::dvec3 base_;
     Surface out_;
     std::vector<uint32_t> strangers_;
-    std::vector<glm::u32vec3> corners_;  // of the faces, by number
     Faces faces_;
     uint32_t corner_at_ = 0, normal_at_ = 0;
 };

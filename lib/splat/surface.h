@@ -41,12 +41,17 @@ struct Surface {
     std::vector<glm::dvec3> at;
     std::vector<uint32_t> leaf;  // which leaf of the model each is
     // Faces about each corner, as far as they are known: the numbers of the other two corners p and q, in the
-    // face's sense; about each leaf also where these are from it.  Behind the last face there is room for
-    // kSpare more.
+    // face's sense.  Behind the last face there is room for kSpare more.
     std::vector<uint32_t> fan_begin;  // by corner, and the end
     std::vector<glm::u32vec2> fan;
-    PointArrays fan_p, fan_q;
+    std::vector<uint32_t> fan_side;  // by entry of the fan: the edge of its face that goes out to p
     std::vector<uint8_t> is_closed;  // by leaf: do the faces go round it?
+    // Faces by their corners' numbers, and for each edge the one of another face that runs against it, or
+    // kNone where there is none or more than one.  Edge `side_of(f, k)` goes from corner k of face f to the
+    // next.
+    static constexpr uint32_t kNone = ~0u;
+    std::vector<glm::u32vec3> faces;
+    std::vector<uint32_t> against;  // by side
     // What an ellipsoid must hold to cover the leaf's shares, relative to the leaf.
     std::vector<uint32_t> corner_begin;
     PointArrays corners;
@@ -56,6 +61,8 @@ struct Surface {
     std::vector<glm::dvec3> normal;        // sums weighted by area
     std::vector<glm::u64vec3> colour_sum;  // of all leaves before
 
+    static uint32_t side_of(uint32_t face, uint32_t k) { return 4 * face + k; }
+    static uint32_t face_of(uint32_t side) { return side / 4; }
     uint32_t valence(uint32_t i) const { return fan_begin[i + 1] - fan_begin[i]; }
 };
 
