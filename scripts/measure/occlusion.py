@@ -13,7 +13,7 @@ def measure(bench):
             for path in ("orbit", "dolly", "walk"):
                 rows.append(row_of(bench, name, path, up))
     bench.tables.write("occlusion", "occlusion: splats left out and time, whole paths at 1 px", rows)
-    saved = [row["splats_saved"] for row in rows if row["name"] == "ct-head"]
+    saved = [row["saved_by_auto"] for row in rows if row["name"] == "ct-head"]
     if saved:
         bench.goals.add("splats that occlusion saves on the CT head, worst path", "1", 0.3, None, min(saved), True)
 
