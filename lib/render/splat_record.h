@@ -104,7 +104,7 @@ void bin_splats(const SetupParams& params, const SplatBatch& batch, TileBins& bi
 
 // Projects the first `count` splats of a chunk, writes the records of what may cover a pixel's centre to
 // `out` (room for `count`), and returns how many; appends near ones to `near_splats`.
-size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t count, SplatRecord* out,
-                     std::vector<NearSplat>& near_splats);
+size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, const ColourChunk& colours,
+                     size_t count, SplatRecord* out, std::vector<NearSplat>& near_splats);
 
 }  // namespace render

@@ -478,9 +478,10 @@ HWY_NOINLINE bool look_closely(const SetupParams& params, size_t i, uint32_t col
     SplatChunk one;
     std::memcpy(one.place, splats.place + 4 * i, sizeof(float) * 4);
     std::memcpy(one.facing, splats.facing + 4 * i, sizeof(float) * 4);
-    one.colour[0] = colour;
+    ColourChunk colours;
+    colours.of[0] = colour;
     SplatRecord record;
-    if (set_up_splats(params, one, 1, one.colour, &record, near_splats) == 0) return false;
+    if (set_up_splats(params, one, 1, colours.of, &record, near_splats) == 0) return false;
     const geom::View& view = params.view;
     const int left = view.margins.left, right = left + view.width - 1;
     const int top = view.margins.top, bottom = top + view.height - 1;
@@ -556,7 +557,7 @@ void bin_splats(const SetupParams& params, const SplatBatch& batch, const uint32
         const TileBins::Place to = bins.next(tile, runs);
         std::memcpy(to.chunk->place + 4 * to.at, splats.place + 4 * i, sizeof(float) * 4);
         std::memcpy(to.chunk->facing + 4 * to.at, splats.facing + 4 * i, sizeof(float) * 4);
-        if (has_colour) to.chunk->colour[to.at] = batch.colour[i];
+        if (has_colour) to.colours->of[to.at] = batch.colour[i];
     };
     for (size_t n = 0; n < splats.count; ++n) {
         const uint32_t item = splats.list[n];
@@ -595,16 +596,15 @@ uint32_t colour_of_level(const SetupParams& params, float z, float radius) {
 
 }  // namespace
 
-size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t count, SplatRecord* out,
-                     std::vector<NearSplat>& near_splats) {
-    const uint32_t* colours = chunk.colour;
-    alignas(64) uint32_t levels[SplatChunk::kCapacity];
+size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, const ColourChunk& colours,
+                     size_t count, SplatRecord* out, std::vector<NearSplat>& near_splats) {
+    ColourChunk levels;
     if (params.options.look.shade == Shade::level) {
         for (size_t i = 0; i < count; ++i)
-            levels[i] = colour_of_level(params, chunk.place[4 * i + 2], chunk.place[4 * i + 3]);
-        colours = levels;
+            levels.of[i] = colour_of_level(params, chunk.place[4 * i + 2], chunk.place[4 * i + 3]);
     }
-    return HWY_DYNAMIC_DISPATCH(set_up_splats)(params, chunk, count, colours, out, near_splats);
+    const ColourChunk& shown = params.options.look.shade == Shade::level ? levels : colours;
+    return HWY_DYNAMIC_DISPATCH(set_up_splats)(params, chunk, count, shown.of, out, near_splats);
 }
 
 void bin_splats(const SetupParams& params, const SplatBatch& batch, TileBins& bins,

@@ -39,10 +39,12 @@ class Pool {
         }
     }
 
-    Bins* take() {
+    // `args`: what new bins are made with.
+    template <class... Args>
+    Bins* take(Args&... args) {
         const std::scoped_lock lock(mutex_);
         if (free_.empty()) {
-            all_.push_back(std::make_unique<Bins>());
+            all_.push_back(std::make_unique<Bins>(args...));
             all_.back()->begin(across_, down_);
             free_.push_back(all_.back().get());
         }
@@ -116,6 +118,7 @@ struct Splatter::State {
     size_t task_count = 0;
     std::vector<Task> tasks;
 
+    ChunkStore chunks;
     Pool<TileBins> bins;
     Pool<TriangleBins> triangle_bins;
 
@@ -148,13 +151,14 @@ void Splatter::begin(const geom::View& view, const SplatterOptions& options, siz
         s.tasks[i].triangle_bins = nullptr;
         s.tasks[i].triangle_runs.clear();
     }
+    s.chunks.begin();
     s.bins.begin(s.grid);
     s.triangle_bins.begin(s.grid);
 }
 
 void Splatter::add(size_t task_index, const SplatBatch& batch) {
     Task& task = state_->tasks[task_index];
-    if (!task.bins) task.bins = state_->bins.take();
+    if (!task.bins) task.bins = state_->bins.take(state_->chunks);
     bin_splats(state_->params, batch, *task.bins, task.runs, task.near_splats);
 }
 

@@ -594,7 +594,7 @@ void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scr
         if (&run != &job.runs.back()) fetch_ahead((&run)[1]);
         // No near splats here: they were found when the splats were sorted.
         const size_t count =
-            set_up_splats(params, *run.chunk, run.count, scratch.records, scratch.near_splats);
+            set_up_splats(params, *run.chunk, *run.colours, run.count, scratch.records, scratch.near_splats);
         for (size_t i = 0; i < count; ++i)
             draw_splat<Pixel, kShape>(scratch.records[i], params, job, scratch.state);
     }

@@ -74,9 +74,10 @@ void for_each_fragment(const Splats& splats, const Put& put) {
                 const float facing[] = {b.nx[i], b.ny[i], b.nz[i], b.flatness[i]};
                 std::copy_n(place, 4, chunk->place);
                 std::copy_n(facing, 4, chunk->facing);
-                chunk->colour[0] = b.colour[i];
+                const auto colours = std::make_unique<render::ColourChunk>();
+                colours->of[0] = b.colour[i];
                 SplatRecord record;
-                if (set_up_splats(params, *chunk, 1, &record, near_splats) > 0)
+                if (set_up_splats(params, *chunk, *colours, 1, &record, near_splats) > 0)
                     put_record(record, put_between);
             }
     for (const NearSplat& splat : near_splats) put_near(splat, splats.view, put_between);

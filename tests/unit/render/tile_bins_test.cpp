@@ -63,23 +63,26 @@ TEST(TileBins, HaveEachSplatInAllTilesThatItsRecordNames) {
     std::mt19937 random(1);
     const auto batch = std::make_unique<SplatBatch>();
     const auto chunk = std::make_unique<SplatChunk>();
-    TileBins bins;
+    const auto colours = std::make_unique<ColourChunk>();
+    ChunkStore store;
+    TileBins bins(store);
     size_t drawn = 0, dropped = 0, wide = 0;
     for (const SplatKind kind : {SplatKind::smooth, SplatKind::square}) {
         SetupParams params;
         params.view.width = 1280, params.view.height = 720, params.view.focal_px = 700;
         params.options.kind = kind;
         for (int i = 0; i < 50000; ++i) {
+            store.begin();
             bins.begin(1280 / kTileWidth, (720 + kTileHeight - 1) / kTileHeight);
             put_random_splat(random, *batch);
             const SplatBatch& b = *batch;
             const float place[4] = {b.x[0], b.y[0], b.z[0], b.radius[0]};
             const float facing[4] = {b.nx[0], b.ny[0], b.nz[0], b.flatness[0]};
             std::copy_n(place, 4, chunk->place), std::copy_n(facing, 4, chunk->facing);
-            chunk->colour[0] = b.colour[0];
+            colours->of[0] = b.colour[0];
             SplatRecord record;
             std::vector<NearSplat> near_splats;
-            const bool visible = set_up_splats(params, *chunk, 1, &record, near_splats) == 1;
+            const bool visible = set_up_splats(params, *chunk, *colours, 1, &record, near_splats) == 1;
             const Binned binned = bin(params, b, bins);
             ASSERT_EQ(binned.near_splats.size(), near_splats.size()) << i;
             const std::set<uint32_t> found = binned.tiles();
@@ -108,14 +111,16 @@ TEST(TileBins, KeepTheOrderOfSplatsAndForgetTheLastFrame) {
         batch->nx[i] = batch->ny[i] = 0, batch->nz[i] = -1, batch->flatness[i] = 0.1f;
         batch->colour[i] = uint32_t(i);
     }
-    TileBins bins;
+    ChunkStore store;
+    TileBins bins(store);
     for (int frame = 0; frame < 2; ++frame) {
+        store.begin();
         bins.begin(2, 1);
         for (int task = 0; task < 3; ++task) {
             const Binned binned = bin(params, *batch, bins);
             std::vector<uint32_t> colours[2];
             for (const TileRun& run : binned.runs)
-                for (uint32_t k = 0; k < run.count; ++k) colours[run.tile].push_back(run.chunk->colour[k]);
+                for (uint32_t k = 0; k < run.count; ++k) colours[run.tile].push_back(run.colours->of[k]);
             ASSERT_EQ(colours[0].size() + colours[1].size(), 500u);
             for (uint32_t tile = 0; tile < 2; ++tile) {
                 EXPECT_TRUE(std::is_sorted(colours[tile].begin(), colours[tile].end()));
