@@ -34,6 +34,16 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
     json["boundary_edges"] = r.boundary_edges;
     json["widest_gap"] = r.widest_gap;
     json["is_closed"] = (h.flags & splat::kOpenSurface) == 0;
+    json["leaf"] = h.has_triangles() ? "triangle" : "point";
+    if (h.has_triangles()) {
+        json["triangles_acute"] = r.triangles.acute;
+        json["triangles_right_or_obtuse"] = r.triangles.obtuse;
+        json["triangles_degenerate"] = r.triangles.degenerate;
+        json["triangles_flattened"] = r.triangles.flattened;
+        json["triangles_smooth"] = r.triangles.smooth;
+        json["vertices_merged"] = r.triangles.merged_vertices;
+        json["lattice_bits"] = h.lattice_bits;
+    }
     json["leaves"] = h.leaf_count;
     json["nodes"] = h.node_count;
     json["nodes_inserted"] = r.fit.inserted;
@@ -43,6 +53,7 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
     json["file_bytes"] = r.file_bytes;
     const double vertices = double(std::max<uint64_t>(h.vertices_in, 1));
     json["bytes_per_vertex"] = double(r.file_bytes) / vertices;
+    if (h.has_triangles()) json["bytes_per_triangle"] = double(r.file_bytes) / double(h.leaf_count);
     core::Json channels;
     for (const splat::ChannelInfo& c : splat::channels_of(h, r.file_bytes)) channels[c.name] = double(c.bytes) / vertices;
     json["channel_bytes_per_vertex"] = channels;
@@ -98,6 +109,14 @@ void write_qsplat(mesh::ReadResult&& read, const std::string& input, core::Outpu
     report.write(json);
 }
 
+void warn_of_lattice(const std::string& input, const splat::BuildReport& r) {
+    const auto number = [](uint64_t n) { return static_cast<unsigned long long>(n); };
+    if (r.triangles.merged_vertices > 0)
+        core::warn(core::text("%s: %llu vertices are not told apart by a lattice of %u bits, %llu triangles lose their area",
+                              input.c_str(), number(r.triangles.merged_vertices), r.header.lattice_bits,
+                              number(r.triangles.flattened)));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -107,12 +126,14 @@ int main(int argc, char** argv) {
     splat::BuildOptions build_options;
     uint64_t block_size = build_options.block_size;
     bool no_colour = false;
+    std::string leaf = "point";
     program.options.add_option("INPUT", input, "PLY, OBJ, OFF, STL, Draco or QSplat file; - is a PLY on standard input")->required();
     program.options.add_option("-o,--output", output, "Model to write; - is standard output")->required();
     program.options.add_option("--format", format, "qs, or qsplat11 for the original QSplat program")
         ->check(CLI::IsMember({"qs", "qsplat11"}))
         ->type_name("FORMAT")
         ->capture_default_str();
+    program.options.add_option("--leaf", leaf, "What leaves are")->type_name("point|triangle")->capture_default_str();
     program.add_size("--block-size", block_size, "Bytes a block, a power of two from 1K to 64K");
     program.add_size("--memory", build_options.memory_limit, "Refuse what would need more memory than this; 0 is no limit");
     program.options.add_flag("--skip-bad", read_options.skip_bad, "Drop vertices that are not finite, and their faces");
@@ -125,9 +146,13 @@ int main(int argc, char** argv) {
         const bool is_for_qsplat = format == "qsplat11";
         if (is_for_qsplat && (block_size != build_options.block_size || build_options.memory_limit > 0))
             throw core::UsageError("--format qsplat11: has no blocks and keeps to no --memory");
+        if (leaf != "point" && leaf != "triangle")
+            throw core::UsageError("--leaf: '" + leaf + "' is neither point nor triangle");
+        if (is_for_qsplat && leaf == "triangle") throw core::UsageError("--format qsplat11: has no triangles");
         if (core::same_file(input, output)) throw core::UsageError(output + ": is input and output at once");
         build_options.block_size = uint32_t(block_size);
         build_options.keep_colour = !no_colour;
+        build_options.leaf = leaf == "triangle" ? splat::Leaf::triangle : splat::Leaf::point;
         core::Report report({input}, {output});
         core::OutputFile out(output);
         core::Stopwatch watch;
@@ -143,10 +168,13 @@ int main(int argc, char** argv) {
         warn_of_drops(input, read.counts.vertices_dropped, "vertices");
         warn_of_drops(input, built.vertices_dropped, "vertices");
         warn_of_drops(input, read.counts.triangles_dropped, "triangles");
-        core::notice(core::text("%s: %llu vertices in %llu bytes (%.2f a vertex), %u levels, %s", output.c_str(),
+        warn_of_lattice(input, built);
+        core::notice(core::text("%s: %llu %s in %llu bytes (%.2f a %s), %u levels, %s", output.c_str(),
                                 static_cast<unsigned long long>(built.header.leaf_count),
+                                leaf == "triangle" ? "triangles" : "vertices",
                                 static_cast<unsigned long long>(built.file_bytes),
-                                double(built.file_bytes) / double(built.header.leaf_count), built.header.level_count,
+                                double(built.file_bytes) / double(built.header.leaf_count),
+                                leaf == "triangle" ? "triangle" : "vertex", built.header.level_count,
                                 kind_of(built.header)));
         report.write(report_of(input, read.counts, built, read_ms));
         report.commit();

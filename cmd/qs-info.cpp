@@ -65,9 +65,12 @@ std::string inspect(const std::string& path, const Options& o, core::Report& rep
     return o.verify ? verify(std::move(file), o, report) : describe(std::move(file), o, report);
 }
 
-uint64_t write_cut(core::InputFile file, uint32_t level, core::OutputFile& out) {
-    if (is_qsplat(file)) return splat::write_qsplat_cut(file, level, out);
-    return splat::write_cut(splat::Model(std::move(file)), level, out);
+// Returns what it wrote, as the report has it.
+core::Json write_cut(core::InputFile file, uint32_t level, core::OutputFile& out) {
+    if (is_qsplat(file)) return {{"points", splat::write_qsplat_cut(file, level, out)}};
+    const splat::CutWritten written = splat::write_cut(splat::Model(std::move(file)), level, out);
+    if (written.triangles > 0) return {{"triangles", written.triangles}};
+    return {{"points", written.points}};
 }
 
 void cut(const std::string& path, const Options& o, core::Report& report) {
@@ -77,9 +80,10 @@ void cut(const std::string& path, const Options& o, core::Report& report) {
     core::InputFile file(path);
     const std::string name = file.name();
     core::OutputFile out(output);
-    const uint64_t points = write_cut(std::move(file), uint32_t(o.level), out);
+    core::Json json = {{"file", name}, {"level", o.level}};
+    json.update(write_cut(std::move(file), uint32_t(o.level), out));
     out.commit();
-    report.write({{"file", name}, {"level", o.level}, {"points", points}});
+    report.write(json);
 }
 
 // A model that fails is reported and left out.
@@ -125,7 +129,7 @@ int main(int argc, char** argv) {
     program.options.add_flag("--verify", o.verify,
                              "Check every checksum and invariant; the first fault is named");
     core::add_integer(program.options, "--cut", o.level, 0, splat::kMaxLevels,
-                      "Write the nodes of this level as points")
+                      "Write the nodes of this level as points, or the triangles")
         ->type_name("LEVEL")
         ->default_str("");
     program.options.add_option("-o,--output", o.output, "PLY file to write with --cut; - is standard output")

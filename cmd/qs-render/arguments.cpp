@@ -131,6 +131,8 @@ void add_options(core::Program& program, Arguments& a) {
                                      "Largest error of what is drawn; 0 draws all detail");
     program.add_number("--threshold-diameter", a.threshold_diameter_px, 0, 1e6, "pixels",
                        "Largest diameter of what is drawn, instead of --threshold");
+    program.add_number("--triangle-size", a.triangle_px, 0, 1e6, "pixels",
+                       "Least size of a leaf drawn as a triangle, in models that have them");
     program.add_duration("--budget", a.budget_ms, 0.001, 3.6e6,
                          "Time for a frame, 33ms: the threshold rises from --threshold to keep it");
     app.add_flag("--refine", a.refine, "Draw each camera several times, finer and finer, for --report");
@@ -169,6 +171,7 @@ scene::DrawOptions draw_options(const Arguments& a) {
     draw.cut.by = a.cuts_by_diameter() ? splat::CutBy::diameter : splat::CutBy::error;
     draw.cut.threshold_px = a.cuts_by_diameter() ? a.threshold_diameter_px : a.threshold_px;
     draw.cut.cull_backfaces = !a.keep_backfaces;
+    draw.cut.triangle_px = a.triangle_px;
     draw.kind = value_of("--splat", a.splat, kSplatWords);
     draw.look.shade = value_of("--shade", a.shade, kShadeWords);
     const glm::u8vec4 background = colour_of(a.background);

@@ -21,6 +21,7 @@ struct Arguments {
     std::string path, output, format, depth, reference, report;
     CameraOptions camera;
     std::array<double, 2> resolution{1280, 720};
+    double triangle_px = scene::kTrianglePx;
     double threshold_px = 1, threshold_diameter_px = kNotGiven, budget_ms = kNotGiven, fps = kNotGiven;
     CLI::Option* threshold = nullptr;
     bool refine = false, keep_backfaces = false, keep_going = false, is_stereo = false, explain = false, json = false;

@@ -28,6 +28,7 @@ struct SplatterOptions {
     bool has_colour = false;
     double depth_unit = 1;  // world units in a unit of the splats: depths of the frame are in world units
     double push_back_px = kPushBackPx;  // where splats are coarser than that: as coarse as they are
+    bool has_triangles = false;         // there may be some, among what is left out as hidden, too
 };
 
 constexpr int kMostSamples = 65536;  // of a picture, a side

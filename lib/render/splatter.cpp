@@ -269,7 +269,7 @@ void Splatter::State::finish(Frame& frame, geom::OcclusionMap* map) {
     frame.alpha.resize(look.has_alpha() ? pixels : 0);
     frame.depth_at = look.depth_at();
     sort_runs();
-    assert(!map || triangle_runs.empty());
+    assert(!map || triangle_runs.empty() || params.options.has_triangles);
     core::parallel_for(grid.count(), [&](size_t tile) { draw(tile, frame, map); });
 }
 

@@ -14,8 +14,8 @@
 // bounded where the plane of a flat disc is not.  How the outline is found without cancellation:
 // splat_setup.cpp.
 //
-// Of each tile the triangles are drawn first (tile_triangles.h), so that the order in which they came among the
-// splats is of no matter; then a pixel takes only the splats in front of its triangle.
+// Of each tile the triangles are drawn first (tile_triangles.h), so that the order in which they came among
+// the splats is of no matter; then a pixel takes only the splats in front of its triangle.
 //
 // Of several samples a pixel each is drawn as a pixel of a larger picture would be, in tiles that are
 // averaged as they are finished: a frame takes no more memory than one of a sample each.
@@ -61,8 +61,8 @@ class Splatter final : public SplatPainter {
     void finish(Frame& frame) override;
 
     // The same for a frame that lacks what `map` hides.  Marks its blocks where that may show; once the map
-    // is repeated, of a frame that was begun anew, writes those blocks only.  There is no triangle in the frame,
-    // nor among what is hidden: a hidden triangle pushes back splats that are in front of it.
+    // is repeated, of a frame that was begun anew, writes those blocks only.  Where options.has_triangles is
+    // not set, there are none, neither in the frame nor among what is hidden.
     void finish(Frame& frame, geom::OcclusionMap& map);
 
   private:

@@ -58,6 +58,7 @@ struct Surface {
 struct Nearest {
     enum Plane { kKey, kDepth, kColour, kPlanes };
     static constexpr int kFront = kKey, kProof = kDepth;
+    static constexpr bool kBlends = false;
 
     const U du;
     hn::Vec<U> colour;
@@ -95,6 +96,7 @@ struct Blend {
     static constexpr int kColourPlane = kPayload + (kNormals ? 3 : 0);
     static constexpr int kPlanes = kColourPlane + (kColours ? 3 : 0);
     static constexpr int kProof = kWeight;
+    static constexpr bool kBlends = true;
     static_assert(kPlanes <= kMaxPlanes);
 
     V nx, ny, nz;
@@ -187,10 +189,35 @@ struct Limited : Pixel {
     }
 };
 
+// A pixel that may lack a triangle at its plane kHidden, or farther away.  See hide().
+template <class Pixel>
+struct Doubtful : Limited<Pixel> {
+    static constexpr int kHidden = Limited<Pixel>::kPlanes, kPlanes = Limited<Pixel>::kPlanes + 1;
+    static_assert(kPlanes <= kMaxPlanes);
+
+    HWY_INLINE explicit Doubtful(const Surface& surface) : Limited<Pixel>(surface) {}
+
+    HWY_INLINE void put(const Fragment& f, float* HWY_RESTRICT at) const {
+        const F d;
+        Limited<Pixel>::put(f, at);
+        const V hidden = hn::Load(d, at + kHidden * kBlockPixels);
+        const M reaches = hn::And(hn::Le(f.order, hidden), hn::Gt(hn::Add(f.order, f.push), hidden));
+        const V proof = hn::Load(d, at + Pixel::kProof * kBlockPixels);
+        hn::Store(hn::IfThenElse(hn::And(f.inside, reaches), hn::NaN(d), proof), d,
+                  at + Pixel::kProof * kBlockPixels);
+    }
+};
+
 template <class Pixel>
 inline constexpr bool kIsLimited = false;
 template <class Pixel>
 inline constexpr bool kIsLimited<Limited<Pixel>> = true;
+template <class Pixel>
+inline constexpr bool kIsLimited<Doubtful<Pixel>> = true;
+template <class Pixel>
+inline constexpr bool kIsDoubtful = false;
+template <class Pixel>
+inline constexpr bool kIsDoubtful<Doubtful<Pixel>> = true;
 
 // What a splat covers: with layers its core counts as nearer than the cover of any splat, the rest of the
 // ellipsoid, wherever they are.
@@ -538,18 +565,34 @@ HWY_INLINE void for_blocks(const TileJob& job, const Body& body) {
 // have done so with the hidden ones, too, which have no larger w than the limit.  From then on both pixels
 // are the same: w is beyond the limit, so a hidden fragment would not have counted.  Whereas one that is not
 // started afresh stays no number.  With Nearest the same goes for the key, which is below w.
+//
+// Among what is hidden there may be triangles; none has w above the limit either.  A triangle that is drawn
+// and is nearer than that hides all of them, and what else is hidden: the pixel needs no other proof.
+// Elsewhere a hidden triangle pushes back fragments up to some w, at most the limit times the triangles'
+// lead.  So that takes the limit's place.  A fragment up to there may be drawn where it should be pushed
+// back, which does no harm while the pixel is no number, nor later, unless it counts; then it reaches beyond
+// there by its push, and the pixel becomes no number again (Doubtful).  With Nearest it can't count: its key
+// is below that of what started the pixel.
 template <class Pixel>
-void hide(const TileJob& job, float* limits, float* state) {
+void hide(const SetupParams& params, const TileJob& job, float* limits, float* state) {
     const F d;
     for_blocks(job, [&](int x, int y) HWY_ATTR {
         const int in_x = std::max(x, job.left), in_y = std::max(y, job.top);  // in the raster
         const float limit = job.map->limit(job.x0 + in_x, job.y0 + in_y);
         limits[block_index(x, y)] = limit;
-        if (!(limit > 0)) return;
+        if (!(limit > 0) && !kIsDoubtful<Pixel>) return;
         float* at = block_at<Pixel>(state, x / kBlockSize, y / kBlockSize);
-        for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d)) {
-            hn::Store(hn::Set(d, limit), d, at + Pixel::kFront * kBlockPixels + lane);
-            hn::Store(hn::NaN(d), d, at + Pixel::kProof * kBlockPixels + lane);
+        const float hidden = params.options.has_triangles ? limit * params.triangle_lead : limit;
+        for (size_t lane = 0; lane < kBlockPixels; lane += hn::Lanes(d), at += hn::Lanes(d)) {
+            M is_lacking = hn::Gt(hn::Set(d, limit), hn::Zero(d));
+            if (job.triangles) {
+                const V w = hn::Load(d, job.triangles->w + block_index(x, y) * kBlockPixels + lane);
+                is_lacking = hn::And(is_lacking, hn::Le(w, hn::Set(d, limit)));
+            }
+            const V front = hn::IfThenElse(is_lacking, hn::Set(d, hidden), hn::Set(d, kNothing));
+            hn::Store(front, d, at + Pixel::kFront * kBlockPixels);
+            hn::Store(hn::IfThenElseZero(is_lacking, hn::NaN(d)), d, at + Pixel::kProof * kBlockPixels);
+            if constexpr (kIsDoubtful<Pixel>) hn::Store(front, d, at + Pixel::kHidden * kBlockPixels);
         }
     });
 }
@@ -588,7 +631,7 @@ template <class Pixel, Shape kShape>
 void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
     clear<Pixel>(params, job, scratch.state);
     const bool lacks_hidden = job.map && !job.map->is_repeated();
-    if (lacks_hidden) hide<Pixel>(job, scratch.limits, scratch.state);
+    if (lacks_hidden) hide<Pixel>(params, job, scratch.limits, scratch.state);
     for (const NearSplat& splat : job.near_splats) draw_near_splat<Pixel>(splat, params, job, scratch.state);
     for (const TileRun& run : job.runs) {
         if (&run != &job.runs.back()) fetch_ahead((&run)[1]);
@@ -604,6 +647,10 @@ void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scr
 
 template <class Pixel, Shape kShape>
 void draw_and_shade(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
+    if constexpr (Pixel::kBlends && kShape == Shape::outline) {
+        const bool lacks_triangles = params.options.has_triangles && job.map && !job.map->is_repeated();
+        if (lacks_triangles) return draw_pixels<Doubtful<Pixel>, kShape>(params, job, scratch, frame);
+    }
     if (params.has_limits() || job.triangles)
         return draw_pixels<Limited<Pixel>, kShape>(params, job, scratch, frame);
     draw_pixels<Pixel, kShape>(params, job, scratch, frame);

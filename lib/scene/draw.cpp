@@ -46,8 +46,16 @@ void ModelPainter::for_tasks(const Body& body) {
     });
 }
 
+bool ModelPainter::may_have_triangles(const DrawOptions& options) const {
+    return std::any_of(parts_.begin(), parts_.end(), [&](const Part& part) {
+        return part.placed.model->header().has_triangles() && splat::hands_out_triangles(options.cut);
+    });
+}
+
 render::SplatterOptions ModelPainter::splatter_options(const DrawOptions& options) const {
-    return {options.kind, options.look, has_colour_, unit_};
+    // Where splats are coarser than the least push-back, their rims are further from the surface.
+    const double push_back_px = std::max(render::kPushBackPx, options.cut.threshold_px);
+    return {options.kind, options.look, has_colour_, unit_, push_back_px, may_have_triangles(options)};
 }
 
 void ModelPainter::begin(const geom::View& view, const DrawOptions& options) {
@@ -87,7 +95,8 @@ bool ModelPainter::finds_hidden(const geom::View& view, const DrawOptions& optio
 void ModelPainter::walk(geom::OcclusionMap* map) {
     for_tasks([&](Part& part, size_t part_task, size_t task) {
         part.cut->run(
-            part_task, [&](const geom::SplatBatch& batch) { painter_->add(task, batch); }, map);
+            part_task, [&](const geom::SplatBatch& batch) { painter_->add(task, batch); }, map,
+            [&](const geom::TriangleBatch& batch) { painter_->add(task, batch); });
         painter_->end_task(task);
     });
 }

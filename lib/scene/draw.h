@@ -21,8 +21,12 @@ namespace scene {
 // pixel: else all is drawn.
 enum class Occlusion { automatic, on, off };
 
+// Leaves from this size on are drawn as triangles, where they are: they are then both better and cheaper than
+// splats that blend.
+constexpr double kTrianglePx = 4;
+
 struct DrawOptions {
-    splat::CutOptions cut;
+    splat::CutOptions cut;  // triangle_px: see kTrianglePx
     render::SplatKind kind = render::SplatKind::smooth;
     render::Look look{};
     Occlusion occlusion = Occlusion::automatic;
@@ -90,6 +94,7 @@ class ModelPainter {
     };
 
     void begin(const geom::View& view, const DrawOptions& options);
+    bool may_have_triangles(const DrawOptions& options) const;
     double outline();
     bool finds_hidden(const geom::View& view, const DrawOptions& options);
     void walk(geom::OcclusionMap* map);

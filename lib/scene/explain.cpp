@@ -51,6 +51,12 @@ Part backface_part(const splat::CutPlan& plan) {
     return {"backface test", false, "the camera's near may cut the surface open, and its inside is seen"};
 }
 
+Part triangles_part(const splat::Model& model, const splat::CutOptions& cut) {
+    if (!model.header().has_triangles()) return {"triangles", false, "leaves of the model are points"};
+    if (!splat::hands_out_triangles(cut)) return {"triangles", false, "splats stand for all leaves"};
+    return {"triangles", true, text("of leaves from %g px on", cut.triangle_px)};
+}
+
 Part prefix_part(const splat::Model& model) {
     if (model.is_complete()) return {"test for missing blocks", false, "the model is whole"};
     return {"test for missing blocks", true,
@@ -107,7 +113,8 @@ Explanation explain(ModelPainter& painter, const geom::View& view, const DrawOpt
     const std::vector<ModelPlan> plans = painter.plans();
     for (const auto& [model, plan] : plans) {
         e.models.push_back(model->name());
-        for (Part part : {prefix_part(*model), backface_part(plan), colour_part(plan)}) {
+        for (Part part : {prefix_part(*model), backface_part(plan), colour_part(plan),
+                          triangles_part(*model, options.cut)}) {
             if (plans.size() > 1) part.name += " of " + model->name();
             e.parts.push_back(std::move(part));
         }
@@ -133,6 +140,7 @@ std::string to_text(const Explanation& e) {
     line("draws", text("%llu splats, %llu of them the finest there are, for a threshold of %g px of %s",
                        number(c.splats), number(c.splats - c.closed), e.frame.cut.threshold_px,
                        by_error ? "error" : "diameter"));
+    if (c.triangles > 0) line("", text("%llu leaves as triangles", number(c.triangles)));
     if (std::isfinite(c.error_bound_px))
         line("", text("no drawn point is further than %.3g px from the surface", c.error_bound_px));
     line("visits", text("%llu nodes in %llu of %llu blocks", number(c.nodes_visited),

@@ -54,6 +54,7 @@ core::Json to_json(const FrameReport& report) {
                             {"backface", counts.backface_culled},
                             {"occlusion", counts.occlusion_culled}};
     json["splats"] = counts.splats;
+    json["triangles"] = counts.triangles;
     const bool by_error = report.cut.by == splat::CutBy::error;
     json[by_error ? "threshold_px" : "threshold_diameter_px"] = report.cut.threshold_px;
     json["error_bound_px"] = counts.error_bound_px;

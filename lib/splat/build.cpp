@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <optional>
 #include <unordered_map>
 
 #include "core/error.h"
@@ -14,6 +16,7 @@
 #include "splat/errors.h"
 #include "splat/layout.h"
 #include "splat/tree.h"
+#include "splat/triangle_surface.h"
 
 namespace splat {
 
@@ -29,6 +32,11 @@ template <class T>
 void release(std::vector<T>& v) {
     std::vector<T>().swap(v);
 }
+
+struct Box {
+    glm::vec3 low{std::numeric_limits<float>::max()}, high{std::numeric_limits<float>::lowest()};
+    void extend(const Box& b) { low = glm::min(low, b.low), high = glm::max(high, b.high); }
+};
 
 // The faces that touch each subtree, and those at the corners of these, as leaf numbers, in the order of the
 // input.
@@ -51,10 +59,17 @@ class Builder {
             cloud_radii_ = mesh_.radii.empty() ? estimate_discs(mesh_) : std::move(mesh_.radii);
             report_.stage_ms.emplace_back("neighbours", watch_.lap_ms());
         }
-        order_leaves();
-        report_.stage_ms.emplace_back("order", watch_.lap_ms());
-        place_model();
-        share_out_faces();
+        if (has_triangles()) {
+            order_triangles();
+            report_.stage_ms.emplace_back("order", watch_.lap_ms());
+            neighbours_.emplace(triangles_, points_, subtree_begin_);
+        } else {
+            order_leaves();
+            report_.stage_ms.emplace_back("order", watch_.lap_ms());
+            place_model(Box{root_->low, root_->high}, points_.size(),
+                        [&](size_t i) { return points_[i].position; });
+            share_out_faces();
+        }
         report_.stage_ms.emplace_back("faces", watch_.lap_ms());
         summarise_subtrees();
         encode_upper();
@@ -63,7 +78,8 @@ class Builder {
         judge_boundary();
         release(buckets_.faces);
         report_.stage_ms.emplace_back("encode", watch_.lap_ms());
-        write_model(model_, report_.header, out);
+        const TriangleSource source{triangles_, points_, report_.triangles};
+        write_model(model_, has_triangles() ? &source : nullptr, report_.header, out);
         report_.stage_ms.emplace_back("write", watch_.lap_ms());
     }
 
@@ -88,18 +104,29 @@ class Builder {
         } else {
             h.flags |= kHasColour;
         }
-        if (!mesh_.is_cloud()) report_.left_out.emplace_back("triangles: leaves are points");
+        if (has_triangles())
+            h.flags |= kTriangles;
+        else if (!mesh_.is_cloud())
+            report_.left_out.emplace_back("triangles: leaves are points");
     }
 
-    // Leaves are the vertices that a face uses; of a cloud, all.
-    void order_leaves() {
-        const size_t n = mesh_.positions.size();
-        std::vector<uint8_t> used(n, mesh_.is_cloud());
+    bool has_triangles() const { return options_.leaf == Leaf::triangle; }
+
+    // Which vertices a face uses; of a cloud, all.
+    std::vector<uint8_t> find_used() const {
+        std::vector<uint8_t> used(mesh_.positions.size(), mesh_.is_cloud());
         core::parallel_pieces(mesh_.triangles.size(), kPiece, [&](size_t begin, size_t end) {
             for (size_t f = begin; f < end; ++f)
                 for (int k = 0; k < 3; ++k)
                     std::atomic_ref(used[mesh_.triangles[f][k]]).store(1, std::memory_order_relaxed);
         });
+        return used;
+    }
+
+    // Leaves are the vertices that are used.
+    void order_leaves() {
+        const size_t n = mesh_.positions.size();
+        const std::vector<uint8_t> used = find_used();
         points_.reserve(n);
         for (size_t v = 0; v < n; ++v)
             if (used[v]) points_.push_back({mesh_.positions[v], uint32_t(v)});
@@ -114,6 +141,24 @@ class Builder {
         collect_subtrees(*root_);
     }
 
+    // Leaves are the triangles.
+    void order_triangles() {
+        const std::vector<uint8_t> used = find_used();
+        Box box;
+        for (size_t v = 0; v < used.size(); ++v)
+            if (used[v]) box.extend({mesh_.positions[v], mesh_.positions[v]});
+        if (const auto unused = uint64_t(std::count(used.begin(), used.end(), 0)); unused > 0)
+            report_.vertices_dropped["unreferenced"] = unused;
+        const glm::vec3 anywhere = mesh_.positions[mesh_.triangles[0].x];
+        place_model(box, used.size(), [&](size_t v) { return used[v] ? mesh_.positions[v] : anywhere; });
+        triangles_ =
+            make_triangle_leaves(mesh_, used, {model_offset_, inverse_scale_}, points_, report_.triangles);
+        report_.header.lattice_bits = triangles_.lattice_bits;
+        report_.zero_area_faces = report_.triangles.degenerate;
+        root_ = sort_into_tree(points_);
+        collect_subtrees(*root_);
+    }
+
     void collect_subtrees(const UpperCut& cut) {
         if (cut.is_subtree()) {
             subtree_begin_.push_back(cut.begin);
@@ -123,20 +168,22 @@ class Builder {
         collect_subtrees(*cut.right);
     }
 
-    // The root's sphere about the middle of the box; model space makes it the unit sphere.
-    void place_model() {
-        const glm::dvec3 low(root_->low), high(root_->high);
+    // The root's sphere about the middle of the box; model space makes it the unit sphere.  position(i): of
+    // `count` points that it holds.
+    template <class Position>
+    void place_model(const Box& box, size_t count, const Position& position) {
+        const glm::dvec3 low(box.low), high(box.high);
         // The origin is rounded in world coordinates, and what it is from there is exact: far from 0 the
         // model would else be shifted by the rounding.
         const glm::dvec3 origin = mesh_.origin + (0.5 * low + 0.5 * high);
         const glm::dvec3 middle = origin - mesh_.origin;
         const double size = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
         const double inverse = size > 0 ? 1 / size : 1;
-        std::vector<double> squares((points_.size() + kPiece - 1) / kPiece, 0);
-        core::parallel_pieces(points_.size(), kPiece, [&](size_t begin, size_t end) {
+        std::vector<double> squares((count + kPiece - 1) / kPiece, 0);
+        core::parallel_pieces(count, kPiece, [&](size_t begin, size_t end) {
             double& square = squares[begin / kPiece];
             for (size_t i = begin; i < end; ++i) {
-                const glm::dvec3 d = (glm::dvec3(points_[i].position) - middle) * inverse;
+                const glm::dvec3 d = (glm::dvec3(position(i)) - middle) * inverse;
                 square = std::max(square, glm::dot(d, d));
             }
         });
@@ -270,11 +317,6 @@ class Builder {
         return s + 1 < subtree_begin_.size() ? subtree_begin_[s + 1] : uint32_t(points_.size());
     }
 
-    struct Box {
-        glm::vec3 low{std::numeric_limits<float>::max()}, high{std::numeric_limits<float>::lowest()};
-        void extend(const Box& b) { low = glm::min(low, b.low), high = glm::max(high, b.high); }
-    };
-
     // For the upper tree: boxes that hold the surface of some leaves each, sums of normals and colours.
     struct Summary {
         std::vector<glm::vec3> hull;  // corners of boxes, model space
@@ -291,6 +333,7 @@ class Builder {
     }
 
     void summarise(size_t s) {
+        if (has_triangles()) return summarise_triangles(s);
         const uint32_t begin = subtree_begin_[s], end = subtree_end(s);
         const size_t boxes = (end - begin + kHullLeaves - 1) / kHullLeaves;
         std::vector<Box> box(boxes);
@@ -326,6 +369,29 @@ class Builder {
             for (int k = 0; k < 8; ++k)
                 sum.hull.emplace_back(model(glm::vec3(k & 1 ? b.high.x : b.low.x, k & 2 ? b.high.y : b.low.y,
                                                       k & 4 ? b.high.z : b.low.z)));
+    }
+
+    void summarise_triangles(size_t s) {
+        const uint32_t begin = subtree_begin_[s], end = subtree_end(s);
+        Summary& sum = summary_[s];
+        for (uint32_t first = begin; first < end; first += kHullLeaves) {
+            Box box;
+            for (uint32_t leaf = first; leaf < std::min(end, first + kHullLeaves); ++leaf) {
+                const glm::u32vec3 t = triangles_.triangles[points_[leaf].vertex];
+                glm::u64vec3 colour(0);
+                for (int k = 0; k < 3; ++k) {
+                    const auto at = glm::vec3(triangles_.at(t[k]));
+                    box.extend({at, at});
+                    if (!mesh_.colours.empty()) colour += glm::u64vec3(mesh_.colours[t[k]]);
+                }
+                sum.colour += colour / uint64_t(3);
+                sum.normal += glm::cross(triangles_.at(t.y) - triangles_.at(t.x),
+                                         triangles_.at(t.z) - triangles_.at(t.x));
+            }
+            for (int k = 0; k < 8; ++k)
+                sum.hull.emplace_back(k & 1 ? box.high.x : box.low.x, k & 2 ? box.high.y : box.low.y,
+                                      k & 4 ? box.high.z : box.low.z);
+        }
     }
 
     // A child of an upper node: a cut, opened as long as there is room, the widest first.
@@ -452,6 +518,14 @@ class Builder {
         std::vector<FitCounts> counts(model_.subtrees.size());
         boundary_.resize(model_.subtrees.size());
         core::parallel_for(model_.subtrees.size(), [&](size_t s) {
+            if (has_triangles()) {
+                const TriangleSubtree in{s,       subtree_begin_[s], subtree_end(s),
+                                         points_, &*neighbours_,     mesh_.colours};
+                model_.subtrees[s] =
+                    encode_triangles(gather_triangles(in, triangles_, boundary_[s], counts[s].open_fans),
+                                     !mesh_.colours.empty(), subtree_parent_[s], counts[s]);
+                return;
+            }
             SubtreeInput in;
             in.begin = subtree_begin_[s], in.end = subtree_end(s);
             in.points = points_;
@@ -505,9 +579,10 @@ class Builder {
         for (const auto& edges : boundary_)
             for (const glm::u32vec2& e : edges)
                 for (const uint32_t v : {e.x, e.y}) {
-                    auto [it, fresh] = boxes.try_emplace(find(v), model(v), model(v));
-                    it->second.first = glm::min(it->second.first, model(v));
-                    it->second.second = glm::max(it->second.second, model(v));
+                    const glm::dvec3 at = has_triangles() ? triangles_.at(v) : model(v);
+                    auto [it, fresh] = boxes.try_emplace(find(v), at, at);
+                    it->second.first = glm::min(it->second.first, at);
+                    it->second.second = glm::max(it->second.second, at);
                 }
         for (const auto& [v, box] : boxes)
             report_.widest_gap = std::max(report_.widest_gap, glm::length(box.second - box.first));
@@ -528,6 +603,8 @@ class Builder {
     std::vector<uint32_t> subtree_begin_, subtree_hint_;
     glm::dvec3 model_offset_{0};
     double inverse_scale_ = 1;
+    TriangleLeaves triangles_;
+    std::optional<TriangleNeighbours> neighbours_;
     FaceBuckets buckets_;
     std::vector<Watcher> watchers_;  // by leaf
     std::vector<bool> is_watched_;   // by leaf
@@ -542,12 +619,14 @@ class Builder {
 
 }  // namespace
 
-uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, bool has_colour, bool has_normals) {
+uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, Leaf leaf, bool has_colour,
+                         bool has_normals) {
     // Meshes: tree points and leaf numbers, faces twice (input and buckets).  Clouds: positions, tree points
     // and their spare, the tree of neighbours.  Measured beside it: scripts/bench, "build memory".
     const uint64_t attributes =
         (has_colour ? 3 : 0) + (has_normals ? 24 : 0) + (has_colour || has_normals ? 12 : 0);
     const uint64_t per_vertex = attributes + (triangles > 0 ? 24 : 120);
+    if (leaf == Leaf::triangle) return (uint64_t(48) << 20) + vertices * (attributes + 30) + triangles * 60;
     return (uint64_t(48) << 20) + vertices * per_vertex + triangles * 26;
 }
 
@@ -555,7 +634,9 @@ BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFi
                   const std::string& name) {
     BuildReport report;
     if (mesh.positions.empty()) throw core::Error(name + ": has no vertices, so there is nothing to build");
-    report.memory_needed = memory_to_build(mesh.positions.size(), mesh.triangles.size(),
+    if (options.leaf == Leaf::triangle && mesh.is_cloud())
+        throw core::Error(name + ": has no triangles to be leaves; bare points are built with --leaf point");
+    report.memory_needed = memory_to_build(mesh.positions.size(), mesh.triangles.size(), options.leaf,
                                            !mesh.colours.empty(), !mesh.normals.empty());
     if (options.memory_limit > 0 && report.memory_needed > options.memory_limit)
         throw core::Error(core::text(

@@ -10,10 +10,14 @@
 #include "mesh/mesh.h"
 #include "splat/encode.h"
 #include "splat/format.h"
+#include "splat/triangle_leaves.h"
 
 namespace splat {
 
+enum class Leaf { point, triangle };
+
 struct BuildOptions {
+    Leaf leaf = Leaf::point;
     uint32_t block_size = kMinBlockSize;  // power of two, kMinBlockSize..kMaxBlockSize
     uint64_t memory_limit = 0;            // bytes; 0: none.  More needed: refused with the figure
     bool keep_colour = true;
@@ -28,16 +32,17 @@ struct BuildReport {
     uint64_t boundary_edges = 0;
     double widest_gap = 0;  // extent of the widest boundary, in parts of the model's radius
     FitCounts fit;
+    TriangleCounts triangles;  // of triangle leaves
     std::vector<std::pair<std::string, double>> stage_ms;
     std::vector<std::string> left_out;  // "colour: the input has none"
 };
 
 // Writes the model to `out` (not committed).  `mesh` is consumed.  `name` is for messages.
-// Throws core::Error: no vertices, memory limit.
+// Throws core::Error: no vertices, memory limit, triangle leaves of bare points.
 BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out,
                   const std::string& name);
 
 // Bytes that build() needs at its peak for so many vertices and triangles, the mesh itself included.
-uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, bool has_colour, bool has_normals);
+uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, Leaf leaf, bool has_colour, bool has_normals);
 
 }  // namespace splat

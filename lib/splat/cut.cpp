@@ -18,6 +18,7 @@
 #include <hwy/highway.h>
 
 #include "splat/decode-inl.h"
+#include "splat/triangle_reader.h"
 
 #ifndef QS_SPLAT_CUT_ONCE
 #define QS_SPLAT_CUT_ONCE
@@ -47,6 +48,9 @@ struct CutView {
     float limit_error = 0;     // threshold on e f / z
     float limit_diameter = 0;  // threshold on 2 R f / z
     CutPlan plan;
+    float limit_triangle = 0;    // on 2 R f / z of leaves
+    float rounding = 0;          // of corners, model units
+    bool has_triangles = false;  // some leaves may be handed out as such
     bool by_error = true, cull_backfaces = true, two_sided = false, has_colour = false;
     bool is_profiled = false;  // nothing is drawn: all that is visible is listed as open, with what it needs
     uint32_t colour = 0;       // of all, where there is no channel
@@ -79,7 +83,12 @@ struct Chunk {
     alignas(64) std::array<uint32_t, kLanes> slot, colour;
     alignas(64) std::array<float, kLanes> parent_at[3], parent_normal[3], parent_radius;
     alignas(64) std::array<int32_t, kLanes> parent_cone;
-    std::array<uint8_t, kNodes> missing{};  // by group: bits of the nodes whose children are not there
+    std::array<uint8_t, kNodes>
+        missing{};  // by group: bits of the nodes whose children (or triangles) are not there
+
+    // Leaves that are to be drawn as triangles.
+    uint32_t triangle_count = 0;
+    alignas(64) std::array<uint32_t, kLanes> triangles;
 
     // Of the nodes that are to be opened, which the first `open_count` of `open` name.
     uint32_t open_count = 0;
@@ -220,7 +229,7 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
     const DU du;
     const DI di;
     TakeGroups(parents, block, chunk);
-    chunk.open_count = 0;
+    chunk.open_count = chunk.triangle_count = 0;
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     const M no_lane = hn::Lt(zero, zero);
     V error_px = zero;  // of what is drawn
@@ -306,7 +315,7 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         const auto leaf = hn::Eq(children, hn::Zero(du));
         const auto missing = hn::TestBit(shape, hn::Set(du, Chunk::kChildrenMissing));
         const M ends = hn::RebindMask(d, hn::Or(leaf, missing));
-        const M drawn = view.is_profiled ? no_lane : hn::And(visible, hn::Or(ends, small));
+        M drawn = view.is_profiled ? no_lane : hn::And(visible, hn::Or(ends, small));
         const M open = hn::AndNot(drawn, visible);
 
         counts.frustum_culled += hn::CountTrue(d, outside);
@@ -331,6 +340,23 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         }
 
         if (hn::AllFalse(d, drawn)) continue;
+        if (view.has_triangles) {
+            const M wanted = hn::And(hn::And(drawn, hn::RebindMask(d, leaf)),
+                                     hn::Ge(diameter, hn::Mul(hn::Set(d, view.limit_triangle), nearest)));
+            const M lacks = hn::And(wanted, hn::RebindMask(d, missing)), found = hn::AndNot(lacks, wanted);
+            counts.groups_missing += hn::CountTrue(d, lacks);
+            if (!hn::AllFalse(d, found)) {
+                const U lane = hn::Iota(du, uint32_t(first));
+                hn::StoreU(hn::Compress(lane, hn::RebindMask(du, found)), du,
+                           &chunk.triangles[chunk.triangle_count]);
+                chunk.triangle_count += uint32_t(hn::CountTrue(d, found));
+                const V rounding = hn::Set(d, view.rounding * view.focal);
+                const V off = hn::IfThenElse(hn::Gt(nearest, zero), hn::Div(rounding, nearest), hn::Inf(d));
+                error_px = hn::Max(error_px, hn::IfThenElseZero(found, off));
+                drawn = hn::AndNot(found, drawn);
+                if (hn::AllFalse(d, drawn)) continue;
+            }
+        }
         counts.groups_missing += hn::CountTrue(d, hn::And(is_parent, hn::AndNot(small, drawn)));
         const V safe = hn::IfThenElse(hn::Gt(nearest, zero), hn::Div(error, nearest), hn::Inf(d));
         error_px = hn::Max(error_px, hn::IfThenElseZero(drawn, safe));
@@ -396,9 +422,22 @@ constexpr size_t kOutlines = std::size(kOutlinePx);
 constexpr uint32_t kLineNodes = 32;   // nodes in a cache line of a channel
 constexpr size_t kCachedBlocks = 64;  // a thread's opened blocks, by number modulo this
 
+constexpr size_t kCachedTriangles = 16;  // blocks whose triangles a thread keeps open
+
+// The corners of a run in view space, each decoded when it is first asked for.
+struct DecodedRun {
+    uint64_t block = ~uint64_t(0);  // of nodes
+    uint32_t run = 0;
+    std::vector<uint8_t> is_decoded;
+    std::vector<glm::vec3> at, normal;
+};
+
 // What a thread keeps between tasks and frames.
 struct Walker {
     std::array<BlockView, kCachedBlocks> blocks;
+    std::array<BlockTriangles, kCachedTriangles> triangles;
+    DecodedRun run;
+    geom::TriangleBatch triangle_batch;
     std::vector<Opening> level, next;
     Chunk chunk;
     geom::SplatBatch batch;
@@ -409,6 +448,17 @@ struct Walker {
         if (!view.is_open() || view.number() != number) view.open(model, number);
         return view;
     }
+    const BlockTriangles& open_triangles(const Model& model, const BlockView& block) {
+        BlockTriangles& found = triangles[block.number() % kCachedTriangles];
+        if (!found.is_open() || found.number() != block.number()) found.open(model, block);
+        return found;
+    }
+};
+
+// Where splats and triangles go.
+struct Sinks {
+    const Cut::Sink& splats;
+    const Cut::TriangleSink& triangles;
 };
 
 // The sides of the pyramid through the raster, for a pivot at `depth`.
@@ -435,6 +485,7 @@ struct Outline {
     };
     std::vector<Opening> level;
     std::vector<Splat> splats;
+    std::vector<geom::TriangleBatch> triangles;
     std::vector<geom::OcclusionMap::Sight> sights;  // of the level, once it is sifted
 
     void keep(const geom::SplatBatch& b) {
@@ -442,10 +493,10 @@ struct Outline {
             splats.push_back(
                 {b.x[i], b.y[i], b.z[i], b.radius[i], b.nx[i], b.ny[i], b.nz[i], b.flatness[i], b.colour[i]});
     }
-    template <class Sink>
-    void hand_out(geom::SplatBatch& batch, const Sink& sink) const {
+    void hand_out(geom::SplatBatch& batch, const Sinks& sinks) const {
+        for (const geom::TriangleBatch& kept : triangles) sinks.triangles(kept);
         for (const Splat& s : splats) {
-            if (batch.count == geom::SplatBatch::kCapacity) sink(batch), batch.count = 0;
+            if (batch.count == geom::SplatBatch::kCapacity) sinks.splats(batch), batch.count = 0;
             const int i = batch.count++;
             batch.x[i] = s.x, batch.y[i] = s.y, batch.z[i] = s.z, batch.radius[i] = s.radius;
             batch.nx[i] = s.nx, batch.ny[i] = s.ny, batch.nz[i] = s.nz, batch.flatness[i] = s.flatness;
@@ -499,6 +550,9 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
     v.by_error = options.by == CutBy::error;
     v.limit_error = float(options.threshold_px);
     v.limit_diameter = float(v.by_error ? options.threshold_px * double(kDiameterOfError) : options.threshold_px);
+    v.has_triangles = h.has_triangles() && hands_out_triangles(options);
+    v.limit_triangle = float(options.triangle_px);
+    v.rounding = float(std::ldexp(0.87, -int(h.lattice_bits)));  // sqrt(3) / 2 steps
     // What near cuts open shows its inside.
     const bool is_cut_open = view.near && *view.near / h.scale > -glm::dot(eye, view.forward) - 1.0;
     v.plan = make_plan(h, options, is_cut_open);
@@ -515,7 +569,7 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
 
 void CutCounts::add(const CutCounts& o) {
     nodes_visited += o.nodes_visited, frustum_culled += o.frustum_culled, backface_culled += o.backface_culled;
-    occlusion_culled += o.occlusion_culled;
+    occlusion_culled += o.occlusion_culled, triangles += o.triangles;
     splats += o.splats, closed += o.closed, blocks_touched += o.blocks_touched,
         groups_missing += o.groups_missing;
     side_tests += o.side_tests, side_test_level = std::max(side_test_level, o.side_test_level);
@@ -528,12 +582,15 @@ struct Cut::State {
     explicit State(const Model& m) : model(m), touched(std::make_unique<std::atomic<uint8_t>[]>(m.blocks_present())) {}
 
     const Model& model;
+    const double step = std::ldexp(1.0, -int(model.header().lattice_bits));
     // What the blocks that are there can hold, whatever the header says: more visits mean shared groups.
-    const uint64_t most_nodes = std::min(model.header().node_count, model.blocks_present() * model.layout().capacity);
+    const uint64_t most_nodes =
+        std::min(model.header().node_count, model.node_blocks_present() * model.layout().capacity);
     CutView view;
     std::vector<Opening> tasks;
     geom::SplatBatch top_batch;
     std::vector<geom::SplatBatch> top_batches;  // splats of the top, drawn with task 0
+    std::vector<geom::TriangleBatch> top_triangles;
     CutCounts top_counts;
     std::mutex mutex;
     CutCounts counts;
@@ -561,9 +618,10 @@ struct Cut::State {
         check_groups(nodes, block);
         count_side_tests(nodes, c);
         Chunk& chunk = walker.chunk;
-        if (!model.is_complete()) mark_missing(nodes, block, chunk);
+        if (!model.is_complete()) mark_missing(nodes, walker, block, chunk);
         HWY_DYNAMIC_DISPATCH(CutGroups)(nodes, block, view, chunk, batch, c);
         if (c.nodes_visited > most_nodes) model.fault(number, "is reached more than once");
+        if (chunk.triangle_count > 0) add_triangles(walker, block, c);
         GroupAt asked{~uint64_t{0}, 0};
         for (uint32_t i = 0; i < chunk.open_count; ++i) {
             const size_t k = chunk.open[i];
@@ -634,20 +692,98 @@ struct Cut::State {
         return {glm::vec3(-v.pivot), 1.0f, root.normal, int16_t(root.cone), uint8_t(root.children), false, true, 0, 0, 0};
     }
 
-    void mark_missing(std::span<const Opening> nodes, BlockView& block, Chunk& chunk) const {
+    void mark_missing(std::span<const Opening> nodes, Walker& walker, BlockView& block, Chunk& chunk) const {
+        const BlockTriangles* triangles = view.has_triangles ? &walker.open_triangles(model, block) : nullptr;
         for (size_t g = 0; g < nodes.size(); ++g) {
             uint32_t bits = 0;
             for (uint32_t k = 0; k < nodes[g].children; ++k) {
                 const uint32_t slot = nodes[g].slot + k;
-                if (block.children_of(slot) != 0 && !model.has_block(block.group_of(slot).block))
-                    bits |= 1u << k;
+                const bool is_missing =
+                    block.children_of(slot) != 0
+                        ? !model.has_block(block.group_of(slot).block)
+                        : triangles && triangles->find(slot).run == BlockTriangles::Place::kNone;
+                bits |= uint32_t(is_missing) << k;
             }
             chunk.missing[g] = uint8_t(bits);
         }
     }
 
+    // Appends the chunk's triangles to the walker's batch, which has room for them.
+    void add_triangles(Walker& walker, const BlockView& block, CutCounts& c) {
+        const Chunk& chunk = walker.chunk;
+        const BlockTriangles& triangles = walker.open_triangles(model, block);
+        for (uint32_t i = 0; i < chunk.triangle_count; ++i) {
+            const size_t lane = chunk.triangles[i];
+            const BlockTriangles::Place at = triangles.find(chunk.slot[lane]);
+            if (at.run == BlockTriangles::Place::kNone)
+                model.fault(block.number(), "has leaves without triangles");
+            const BlockTriangles::PlacedRun& placed = triangles.runs()[at.run];
+            DecodedRun& run = walker.run;
+            if (run.block != block.number() || run.run != at.run) {
+                run.block = block.number(), run.run = at.run;
+                run.is_decoded.assign(placed.run.corners(), false);
+                run.at.resize(placed.run.corners()), run.normal.resize(placed.run.corners());
+                if (touched[placed.block].exchange(frame, std::memory_order_relaxed) != frame)
+                    ++c.blocks_touched;
+            }
+            add_triangle(placed, at.triangle, colour_of(chunk, lane), run, walker.triangle_batch);
+        }
+        c.triangles += chunk.triangle_count;
+    }
+
+    void add_triangle(const BlockTriangles::PlacedRun& placed, uint32_t triangle, uint32_t colour,
+                      DecodedRun& decoded, geom::TriangleBatch& batch) const {
+        const TriangleRun& run = placed.run;
+        const glm::u32vec3 entries = placed.entries[triangle];
+        for (int k = 0; k < 3; ++k)
+            if (!decoded.is_decoded[entries[k]]) decode_corner(run, entries[k], decoded);
+        glm::vec3 flat(0);
+        const bool is_smooth = run.is_smooth(triangle);
+        if (!is_smooth) {
+            const glm::dvec3 a(run.position(entries.x));
+            const glm::dvec3 n =
+                glm::cross(glm::dvec3(run.position(entries.y)) - a, glm::dvec3(run.position(entries.z)) - a);
+            const double length = glm::length(n);
+            if (!(length > 0)) return;  // without area there is nothing to show
+            flat = turned(glm::vec3(n / length));
+        }
+        const int to = batch.count++;
+        for (int k = 0; k < 3; ++k) {
+            const glm::vec3 &at = decoded.at[entries[k]], &n = is_smooth ? decoded.normal[entries[k]] : flat;
+            batch.x[k][to] = at.x, batch.y[k][to] = at.y, batch.z[k][to] = at.z;
+            batch.nx[k][to] = n.x, batch.ny[k][to] = n.y, batch.nz[k][to] = n.z;
+        }
+        batch.colour[to] = colour;
+    }
+
+    // From its place on the lattice in the same way whatever run it is in, and so to the same bits.
+    void decode_corner(const TriangleRun& run, uint32_t entry, DecodedRun& decoded) const {
+        const glm::dvec3 at = glm::dvec3(run.position(entry)) * step;
+        decoded.at[entry] = in_view(glm::vec3(at - view.pivot));
+        if (run.has_normals()) decoded.normal[entry] = turned(decode_corner_normal(run.normal_code(entry)));
+        decoded.is_decoded[entry] = true;
+    }
+
+    glm::vec3 turned(const glm::vec3& n) const {
+        return {glm::dot(view.right, n), glm::dot(view.down, n), glm::dot(view.forward, n)};
+    }
+
+    uint32_t colour_of(const Chunk& chunk, size_t lane) const {
+        if (!view.has_colour) return view.colour;
+        const glm::u8vec3 rgb = decode_colour(uint16_t(chunk.colour[lane]));
+        return uint32_t(rgb.r) | uint32_t(rgb.g) << 8 | uint32_t(rgb.b) << 16;
+    }
+
     static bool is_full(const geom::SplatBatch& batch) {
         return batch.count + Chunk::kLanes > geom::SplatBatch::kCapacity;
+    }
+    static bool is_full(const geom::TriangleBatch& batch) {
+        return batch.count + Chunk::kNodes > geom::TriangleBatch::kCapacity;
+    }
+    template <class Batch, class Taker>
+    static void empty(Batch& batch, const Taker& sink) {
+        if (batch.count > 0) sink(batch);
+        batch.count = 0;
     }
 
     // As many nodes from the first on as a chunk takes.
@@ -666,14 +802,17 @@ struct Cut::State {
         top_counts = {};
         top_batches.clear();
         top_batch.count = 0;
+        top_triangles.clear();
+        const auto keep = [&](const geom::TriangleBatch& batch) { top_triangles.push_back(batch); };
         std::vector<std::pair<Opening, glm::dvec3>> level, next;
         level.push_back({root_opening(view), glm::dvec3(0)});
-        Walker& walker = walkers.local();
+        Walker& walker = begin_walk();
         while (!level.empty() && level.size() < kTasks) {
             next.clear();
             for (const auto& [node, centre] : level) {
                 const glm::dvec3 from = centre;
                 if (is_full(top_batch)) top_batches.push_back(top_batch), top_batch.count = 0;
+                if (is_full(walker.triangle_batch)) empty(walker.triangle_batch, keep);
                 open({&node, 1}, walker, top_batch, top_counts, nullptr,
                      [&](Opening child, const glm::dvec3& offset) {
                          const glm::dvec3 c = from + offset;
@@ -684,6 +823,7 @@ struct Cut::State {
             std::swap(level, next);
         }
         if (top_batch.count > 0) top_batches.push_back(top_batch);
+        empty(walker.triangle_batch, keep);
         tasks.clear();
         for (const auto& [node, centre] : level) tasks.push_back(node);
     }
@@ -693,33 +833,41 @@ struct Cut::State {
         for (Opening& task : tasks) task.is_inside = false;
     }
 
+    // The thread's walker, with nothing in its batches, and no run decoded for another view.
+    Walker& begin_walk() {
+        Walker& walker = walkers.local();
+        walker.batch.count = walker.triangle_batch.count = 0;
+        walker.run.block = ~uint64_t(0);
+        return walker;
+    }
+
     // Cuts the walker's level, and makes the next one its own.
-    void walk_level(Walker& walker, const Sink& sink, geom::OcclusionMap* map, CutCounts& c) {
+    void walk_level(Walker& walker, const Sinks& sinks, geom::OcclusionMap* map, CutCounts& c) {
         walker.next.clear();
         for (std::span<const Opening> rest = walker.level, nodes; !rest.empty();
              rest = rest.subspan(nodes.size())) {
             nodes = first_chunk(rest);
-            if (is_full(walker.batch)) sink(walker.batch), walker.batch.count = 0;
+            if (is_full(walker.batch)) empty(walker.batch, sinks.splats);
+            if (is_full(walker.triangle_batch)) empty(walker.triangle_batch, sinks.triangles);
             open(nodes, walker, walker.batch, c, map,
                  [&](const Opening& child, const glm::dvec3&) { walker.next.push_back(child); });
         }
         std::swap(walker.level, walker.next);
     }
 
-    void walk_task(size_t task, const Sink& sink, geom::OcclusionMap* map, CutCounts& c) {
-        Walker& walker = walkers.local();
-        walker.batch.count = 0;
+    void walk_task(size_t task, const Sinks& sinks, geom::OcclusionMap* map, CutCounts& c) {
+        Walker& walker = begin_walk();
         TaskOutlines& made = outlines[task];
         if (made.count == 0) {
             walker.level.assign(1, tasks[task]);
         } else {
             // Later outlines lack what the first one hid.
             if (map && map->is_repeated()) made.count = 1;
-            for (int k = 0; k < made.count; ++k) made.of[size_t(k)].hand_out(walker.batch, sink);
+            for (int k = 0; k < made.count; ++k) made.of[size_t(k)].hand_out(walker.batch, sinks);
             start_from(made.last(), walker, map, c);
         }
-        while (!walker.level.empty()) walk_level(walker, sink, map, c);
-        if (walker.batch.count > 0) sink(walker.batch);
+        while (!walker.level.empty()) walk_level(walker, sinks, map, c);
+        empty(walker.batch, sinks.splats), empty(walker.triangle_batch, sinks.triangles);
     }
 
     void start_from(const Outline& outline, Walker& walker, geom::OcclusionMap* map, CutCounts& c) const {
@@ -744,8 +892,7 @@ struct Cut::State {
     }
 
     void outline(size_t task, geom::OcclusionMap& map, CutCounts& c) {
-        Walker& walker = walkers.local();
-        walker.batch.count = 0;
+        Walker& walker = begin_walk();
         TaskOutlines& made = outlines[task];
         if (made.count == 0)
             walker.level.assign(1, tasks[task]);
@@ -753,10 +900,13 @@ struct Cut::State {
             start_from(made.last(), walker, &map, c);
         const float most_px = kOutlinePx[made.count++];
         Outline& outline = made.last();
-        outline.splats.clear();
+        outline.splats.clear(), outline.triangles.clear();
         const Sink keep = [&](const geom::SplatBatch& batch) { outline.keep(batch); };
-        while (is_coarse(walker.level, most_px)) walk_level(walker, keep, nullptr, c);
-        outline.keep(walker.batch);
+        const TriangleSink keep_triangles = [&](const geom::TriangleBatch& batch) {
+            outline.triangles.push_back(batch);
+        };
+        while (is_coarse(walker.level, most_px)) walk_level(walker, {keep, keep_triangles}, nullptr, c);
+        empty(walker.batch, keep), empty(walker.triangle_batch, keep_triangles);
         outline.level.assign(walker.level.begin(), walker.level.end());
         show(outline, walker.surfaces, map);
     }
@@ -819,8 +969,7 @@ struct Cut::State {
 
     CutProfile profile(const CutView& v, const ProfileOptions& options, uint64_t pixels) {
         CutProfile profile(options, pixels);
-        Walker& walker = walkers.local();
-        walker.batch.count = 0;
+        Walker& walker = begin_walk();
         ProfiledLevel level, next;
         level.nodes.push_back(root_opening(v)), level.steps.push_back(CutProfile::kSteps);
         double weight = 1;
@@ -901,11 +1050,13 @@ Cut::Sifted Cut::sift(size_t task, geom::OcclusionMap& map) {
     return sifted;
 }
 
-void Cut::run(size_t task, const Sink& sink, geom::OcclusionMap* map) {
+void Cut::run(size_t task, const Sink& sink, geom::OcclusionMap* map, const TriangleSink& triangles) {
     CutCounts c;
-    if (task == 0)
+    if (task == 0) {
         for (const geom::SplatBatch& batch : state_->top_batches) sink(batch);
-    if (task < state_->tasks.size()) state_->walk_task(task, sink, map, c);
+        for (const geom::TriangleBatch& batch : state_->top_triangles) triangles(batch);
+    }
+    if (task < state_->tasks.size()) state_->walk_task(task, {sink, triangles}, map, c);
     state_->add(c);
 }
 

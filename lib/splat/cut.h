@@ -8,9 +8,14 @@
 // Where the view is a part of a picture, its splats are those of the whole that it may show, in the same
 // order.
 //
+// Leaves that are triangles are handed out as such where their circles (their nodes', which are somewhat
+// larger than the smallest) are large enough on the screen, and as splats where they are not.  (Hybrid point
+// and triangle viewer, section 3.3; there every leaf is a triangle.)  A corner of several triangles is the
+// same in all of them, to the bit.
+//
 // What other surfaces hide can be left out, too, by a geom::OcclusionMap: after begin() come, once or twice,
-// outline() of all tasks, the map's build() and sift() of all; then run() with the map.  The rest comes in the
-// same order.
+// outline() of all tasks, the map's build() and sift() of all; then run() with the map.  The rest comes in
+// the same order.
 //
 // The walk is in single precision relative to a pivot near what is seen, but its top, where rounding would
 // count most, is in double; subtrees below the top are tasks that may run on any thread.  The splats of a
@@ -19,11 +24,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "geom/camera.h"
 #include "geom/occlusion.h"
 #include "geom/splat_batch.h"
+#include "geom/triangle_batch.h"
 #include "splat/cut_profile.h"
 #include "splat/model.h"
 
@@ -38,7 +45,14 @@ struct CutOptions {
     CutBy by = CutBy::error;
     double threshold_px = 1;    // 0 and less, and NaN, draw leaves only
     bool cull_backfaces = true; // where the model's surface allows it
+    // Least diameter of a leaf that is handed out as a triangle, where leaves are; 0: all of them.
+    double triangle_px = std::numeric_limits<double>::infinity();
 };
+
+// Whether leaves that are triangles may be handed out as such.
+inline bool hands_out_triangles(const CutOptions& options) {
+    return options.triangle_px < std::numeric_limits<double>::infinity();
+}
 
 // What is decided for a whole view.
 enum class BackfaceTest { made, not_wanted, open_surface, cut_open_by_near };
@@ -51,12 +65,13 @@ struct CutPlan {
 struct CutCounts {
     uint64_t nodes_visited = 0, frustum_culled = 0, backface_culled = 0, splats = 0;
     uint64_t occlusion_culled = 0;
+    uint64_t triangles = 0;  // leaves handed out as such; those without area have nothing to show
     // Nodes held against the picture's sides: those that were not wholly between them further up.
     uint64_t side_tests = 0;
     uint32_t side_test_level = 0;  // the deepest level with such nodes; that of the root's children is 1
     uint64_t blocks_touched = 0;
     uint64_t closed = 0;           // of the splats, nodes that a smaller threshold would open
-    uint64_t groups_missing = 0;   // child groups that were wanted and are not there
+    uint64_t groups_missing = 0;   // child groups, and triangles, that were wanted and are not there
     double error_bound_px = 0;     // no drawn point is further from the surface; infinity with the eye inside a splat
     void add(const CutCounts& o);
 };
@@ -81,11 +96,13 @@ class Cut {
     };
     Sifted sift(size_t task, geom::OcclusionMap& map);
 
-    // Walks one task, from where outline() left it, handing out its splats, but for what `map` hides.  May be
-    // called again for the same frame.  Different tasks may run at once.  Throws core::Error where the file is
-    // damaged.
+    // Walks one task, from where outline() left it, handing out its splats, and its triangles where
+    // triangle_px is finite, but for what `map` hides.  May be called again for the same frame.  Different
+    // tasks may run at once. Throws core::Error where the file is damaged.
     using Sink = std::function<void(const geom::SplatBatch&)>;
-    void run(size_t task, const Sink& sink, geom::OcclusionMap* map = nullptr);
+    using TriangleSink = std::function<void(const geom::TriangleBatch&)>;
+    void run(size_t task, const Sink& sink, geom::OcclusionMap* map = nullptr,
+             const TriangleSink& triangles = {});
 
     // Of all that was walked since begin().
     CutCounts counts() const;

@@ -33,6 +33,9 @@ struct FaceMarks {
 void leaf_errors(const Surface& surface, std::span<const LeafDisc> discs, FaceMarks& marks,
                  std::span<float> errors);
 
+// The same of a leaf that is a triangle, inside whose disc its corners are.
+float triangle_error(const Surface& surface, const LeafDisc& disc);
+
 // Bound on the distance from any point of a node's disc to the surface, given discs that each stay within
 // their error of it: the disc is cut into 48 convex cells, and the distance to a convex set is largest at a
 // cell's corners.  Of more than 64 parts the first are used.  is_fine: the worst cells are cut finer.

@@ -53,17 +53,21 @@ struct Hulls {
 
 class SubtreeEncoder {
   public:
-    SubtreeEncoder(const SubtreeInput& input, FitCounts& counts, std::vector<glm::u32vec2>& boundary)
-        : counts_(counts), boundary_(boundary), has_colour_(!input.colours.empty()), surface_(gather_surface(input)) {}
+    SubtreeEncoder(Surface&& surface, bool has_colour, FitCounts& counts)
+        : counts_(counts), has_colour_(has_colour), surface_(std::move(surface)) {}
 
-    CodedTree run(const Node& parent) {
+    CodedTree run(const Node& parent, std::vector<glm::u32vec2>& boundary) {
         make_hulls();
         encode_nodes(parent);
         leaf_of_.reserve(runs_.size());
         for (const Run& run : runs_) leaf_of_.push_back(run.begin);
         set_errors(tree_, surface_, leaf_of_);
         for (uint32_t i = 0; i < surface_.count; ++i)
-            if (!surface_.is_closed[i] && surface_.valence(i) > 0) note_boundary(i);
+            if (!surface_.is_closed[i] && surface_.valence(i) > 0) note_boundary(i, boundary);
+        if (surface_.has_triangles()) {
+            tree_.leaf = std::move(leaf_of_);
+            for (uint32_t& leaf : tree_.leaf) leaf = surface_.leaf[leaf];
+        }
         // What stays until the file is written is kept small.
         tree_.decoded = std::vector<Node>{tree_.decoded[0]};
         for (auto* codes : {&tree_.attitude, &tree_.place, &tree_.colour}) codes->shrink_to_fit();
@@ -216,7 +220,7 @@ class SubtreeEncoder {
     }
 
     // The edges at leaf i that have no partner.
-    void note_boundary(uint32_t i) {
+    void note_boundary(uint32_t i, std::vector<glm::u32vec2>& boundary) {
         ++counts_.open_fans;
         std::vector<uint32_t> left, entered;
         for (uint32_t k = surface_.fan_begin[i]; k < surface_.fan_begin[i + 1]; ++k)
@@ -225,13 +229,12 @@ class SubtreeEncoder {
         const auto note_lone = [&](const std::vector<uint32_t>& ends, const std::vector<uint32_t>& partners) {
             for (const uint32_t end_of_edge : ends)
                 if (!std::binary_search(partners.begin(), partners.end(), end_of_edge))
-                    boundary_.emplace_back(surface_.leaf[i], surface_.leaf[end_of_edge]);
+                    boundary.emplace_back(surface_.leaf[i], surface_.leaf[end_of_edge]);
         };
         note_lone(left, entered), note_lone(entered, left);
     }
 
     FitCounts& counts_;
-    std::vector<glm::u32vec2>& boundary_;
     const bool has_colour_;
     const Surface surface_;
     Hulls small_, large_;
@@ -248,7 +251,12 @@ class SubtreeEncoder {
 
 CodedTree encode_subtree(const SubtreeInput& input, const Node& parent, FitCounts& counts,
                          std::vector<glm::u32vec2>& boundary) {
-    return SubtreeEncoder(input, counts, boundary).run(parent);
+    return SubtreeEncoder(gather_surface(input), !input.colours.empty(), counts).run(parent, boundary);
+}
+
+CodedTree encode_triangles(Surface&& surface, bool has_colour, const Node& parent, FitCounts& counts) {
+    std::vector<glm::u32vec2> none;  // vertices' boundaries are known to gather_triangles()
+    return SubtreeEncoder(std::move(surface), has_colour, counts).run(parent, none);
 }
 
 }  // namespace splat

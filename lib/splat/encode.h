@@ -26,6 +26,7 @@ struct CodedTree {
     };
     std::vector<Group> groups;
     std::vector<Node> decoded;  // dropped once errors are set
+    std::vector<uint32_t> leaf;  // by node, of leaves that are triangles: which leaf of the model
 
     size_t size() const { return attitude.size(); }
     // Appends child k of a fitted group, a leaf for now.
@@ -48,5 +49,8 @@ struct FitCounts {
 // clashing sense; an edge within the subtree may come twice.
 CodedTree encode_subtree(const SubtreeInput& input, const Node& parent, FitCounts& counts,
                          std::vector<glm::u32vec2>& boundary);
+
+// The same of a surface of triangle leaves.
+CodedTree encode_triangles(Surface&& surface, bool has_colour, const Node& parent, FitCounts& counts);
 
 }  // namespace splat

@@ -103,9 +103,14 @@ class ErrorSetter {
     void set_leaf_errors() {
         std::vector<std::pair<uint32_t, float>> better;
         marks_.taken.assign(surface_.faces.size(), 0);
-        for (const CodedTree::Group& group : tree_.groups) set_group_errors(group);
+        for (const CodedTree::Group& group : tree_.groups)
+            surface_.has_triangles() ? set_triangle_errors(group) : set_group_errors(group);
+        // Discs of triangles reach over their rims as far as those beside them do, and say little of these:
+        // it would take half as long again to build, for errors of leaves that are 15 % smaller, and 2 %
+        // those above.
+        const bool asks_others = !surface_.has_triangles();
         for (uint32_t node = 0; node < tree_.size(); ++node) {
-            if (is_leaf(node)) continue;
+            if (is_leaf(node) || !asks_others) continue;
             const NodeRange children = parts_of(node);
             for (uint32_t c = children.first; c < children.first + children.count; ++c)
                 if (is_leaf(c) && tree_.decoded[c].error > kVague * tree_.decoded[c].radius)
@@ -129,9 +134,7 @@ class ErrorSetter {
         size_t count = 0;
         for (uint32_t node = group.first; node < group.first + group.count; ++node) {
             if (!is_leaf(node)) continue;
-            const Node& n = tree_.decoded[node];
-            discs[count] = {leaf_of_[node], n.centre - surface_.base, frame_about(n.normal), n.radius,
-                            flatness_code(n)};
+            discs[count] = disc_of(node);
             nodes[count++] = node;
         }
         float errors[kMaxFanOut];
@@ -142,6 +145,22 @@ class ErrorSetter {
                             float(glm::length(surface_.at[discs[k].leaf] - discs[k].centre) + double(radius));
             tree_.decoded[nodes[k]].error = std::min(errors[k] + kRounding * radius, to_vertex) * kRoundUp;
         }
+    }
+
+    void set_triangle_errors(const CodedTree::Group& group) {
+        for (uint32_t node = group.first; node < group.first + group.count; ++node) {
+            if (!is_leaf(node)) continue;
+            const LeafDisc disc = disc_of(node);
+            tree_.decoded[node].error =
+                (triangle_error(surface_, disc) + kRounding * disc.radius) * kRoundUp +
+                surface_.triangles.rounding;
+        }
+    }
+
+    LeafDisc disc_of(uint32_t leaf_node) const {
+        const Node& n = tree_.decoded[leaf_node];
+        return {leaf_of_[leaf_node], n.centre - surface_.base, frame_about(n.normal), n.radius,
+                flatness_code(n)};
     }
 
     CodedTree& tree_;

@@ -1,4 +1,4 @@
-// Taking a level out of a model, as points.
+// Taking a level out of a model, as points or triangles.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,13 @@ namespace splat {
 // has colour.  Coordinates are double where single precision would be coarser than 1e-6 of the model's
 // radius.
 //
-// Returns the number of points.  Throws core::Error: no such level, a damaged block.
-uint64_t write_cut(const Model& model, uint32_t level, core::OutputFile& out);
+// Where leaves are triangles, the last level is a mesh: a binary little-endian PLY of vertices, x y z, those that share
+// a place on the lattice made one, and faces, vertex_indices and red green blue where the model has colour.
+//
+// Throws core::Error: no such level, a damaged block, triangles that are not there.
+struct CutWritten {
+    uint64_t points = 0, triangles = 0;  // one of them
+};
+CutWritten write_cut(const Model& model, uint32_t level, core::OutputFile& out);
 
 }  // namespace splat

@@ -28,7 +28,12 @@ void check_layout(const Header& h, const std::string& name) {
         refuse(name, core::text("the root has %u children, 1 to %d are possible", h.root_children, kMaxFanOut));
     if (h.block_count == 0 || h.block_count > (uint64_t(1) << 46) / h.block_size)
         refuse(name, core::text("block count %llu is out of range", static_cast<unsigned long long>(h.block_count)));
-    if (h.node_count < h.root_children || h.node_count > h.block_count * h.capacity() || h.leaf_count > h.node_count ||
+    if (h.triangle_blocks >= h.block_count || h.has_triangles() != (h.triangle_blocks > 0))
+        refuse(name, core::text("%llu of %llu blocks for triangles", static_cast<unsigned long long>(h.triangle_blocks),
+                                static_cast<unsigned long long>(h.block_count)));
+    if (h.lattice_bits > kMaxLatticeBits || h.has_triangles() != (h.lattice_bits > 0))
+        refuse(name, core::text("a lattice of %u bits", h.lattice_bits));
+    if (h.node_count < h.root_children || h.node_count > h.node_blocks() * h.capacity() || h.leaf_count > h.node_count ||
         h.leaf_count == 0)
         refuse(name, core::text("%llu nodes with %llu leaves do not go with %llu blocks",
                                 static_cast<unsigned long long>(h.node_count),
@@ -38,6 +43,7 @@ void check_layout(const Header& h, const std::string& name) {
         refuse(name, core::text("%u levels, 1 to %d are possible", h.level_count, kMaxLevels));
     if ((h.flags & kHasColour) && (h.flags & kConstantColour))
         refuse(name, "one colour for all, and one for each node");
+    if ((h.flags & kCloud) && h.has_triangles()) refuse(name, "triangles of bare points");
 }
 
 void check_root(const Header& h, const std::string& name) {
@@ -55,12 +61,12 @@ void check_root(const Header& h, const std::string& name) {
 
 uint32_t Header::capacity() const {
     const uint32_t bits = has_colour() ? 52 : 36;
-    const uint32_t nodes = (block_size - uint32_t(kBlockHeaderSize)) * 8 / bits;
+    const uint32_t nodes = (block_size - block_header_size()) * 8 / bits;
     return nodes / kMaxFanOut * kMaxFanOut;
 }
 
 BlockLayout::BlockLayout(const Header& header) : capacity(header.capacity()) {
-    attitude = kBlockHeaderSize;
+    attitude = header.block_header_size();
     place = attitude + size_t(2) * capacity;
     colour = place + size_t(2) * capacity;
     shape = colour + (header.has_colour() ? size_t(2) * capacity : 0);
@@ -69,7 +75,7 @@ BlockLayout::BlockLayout(const Header& header) : capacity(header.capacity()) {
 std::array<std::byte, kHeaderSize> encode_header(const Header& h) {
     core::ByteWriter w;
     for (const char c : kMagic) w.put(c);
-    w.put(kVersion);
+    w.put(h.version());
     w.put(uint32_t(kHeaderSize));
     w.put(h.block_size);
     w.put(h.flags);
@@ -87,6 +93,8 @@ std::array<std::byte, kHeaderSize> encode_header(const Header& h) {
     w.put(h.root_error);
     w.put(h.root_cone);
     for (const uint8_t c : h.colour) w.put(c);
+    w.put(h.lattice_bits);
+    w.put(h.triangle_blocks);
     std::array<std::byte, kHeaderSize> bytes{};
     std::memcpy(bytes.data(), w.bytes.data(), w.bytes.size());
     const uint64_t sum = XXH3_64bits(bytes.data(), kHeaderChecksumAt);
@@ -109,8 +117,8 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     core::ByteReader r(bytes, name);
     r.take<uint64_t>();
     const auto version = r.take<uint32_t>();
-    if (version != kVersion)
-        throw core::Error(core::text("%s: format version %u, this program reads version %u", name.c_str(), version, kVersion));
+    if (version < 1 || version > kVersion)
+        throw core::Error(core::text("%s: format version %u, this program reads versions 1 to %u", name.c_str(), version, kVersion));
     uint64_t sum;
     std::memcpy(&sum, bytes.data() + kHeaderChecksumAt, sizeof(sum));
     const uint64_t found = XXH3_64bits(bytes.data(), kHeaderChecksumAt);
@@ -118,7 +126,7 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
         refuse(name, core::text("checksum %016llx, stored is %016llx", static_cast<unsigned long long>(found),
                                 static_cast<unsigned long long>(sum)));
     if (const auto size = r.take<uint32_t>(); size != kHeaderSize)
-        refuse(name, core::text("header of %u bytes, version 1 has %zu", size, kHeaderSize));
+        refuse(name, core::text("header of %u bytes, version %u has %zu", size, version, kHeaderSize));
     Header h;
     h.block_size = r.take<uint32_t>();
     h.flags = r.take<uint32_t>();
@@ -136,6 +144,12 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     h.root_error = r.take<float>();
     h.root_cone = r.take<int32_t>();
     for (uint8_t& c : h.colour) c = r.take<uint8_t>();
+    // Version 1 reserves what comes now, and its readers do not look there.
+    if (version > 1) {
+        h.lattice_bits = r.take<uint32_t>();
+        h.triangle_blocks = r.take<uint64_t>();
+    }
+    if (h.version() > version) refuse(name, core::text("flags %08x are not of version %u", h.flags, version));
     check_layout(h, name);
     check_root(h, name);
     return h;

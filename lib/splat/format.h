@@ -4,6 +4,9 @@
 //     block = header (16 bytes), then one array a channel, for `capacity` nodes:
 //             u16 attitude[], u16 place[], u16 colour[] where there is colour, u4 shape[]
 //
+// Where leaves are triangles (kTriangles), block headers have 24 bytes, and the last blocks of the file hold
+// the corners (triangle_run.h).
+//
 // Nodes stand in breadth-first order, whole sibling groups to a block.  Where a group's children
 // are is not stored: each block says where the first child group of its nodes is, and the rest
 // follows by counting (Model::children_of).
@@ -19,9 +22,9 @@
 namespace splat {
 
 constexpr char kMagic[8] = {'q', 's', '-', 'm', 'o', 'd', 'e', 'l'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;  // the newest; files without triangles are of version 1
 constexpr size_t kHeaderSize = 256;
-constexpr size_t kBlockHeaderSize = 16;
+constexpr int kMaxLatticeBits = 30;
 constexpr uint32_t kMinBlockSize = 1024, kMaxBlockSize = 65536;
 constexpr int kMaxFanOut = 7;     // three bits say "leaf, or 1 to 7 children"
 constexpr int kMaxLevels = 4096;  // deeper files are refused
@@ -31,6 +34,7 @@ enum Flags : uint32_t {
     kConstantColour = 2, // one colour for all, in the header
     kOpenSurface = 4,    // not closed: both sides may be seen, cones must not cull
     kCloud = 8,          // built from bare points: radii are estimates, `error` is to the points
+    kTriangles = 16,     // leaves are triangles, whose corners stand in blocks of their own
 };
 
 // The root is not a node of the blocks: its sphere is the unit sphere of model space, and the rest
@@ -53,7 +57,16 @@ struct Header {
     int32_t root_cone = -1;
     std::array<uint8_t, 4> colour{};  // with kConstantColour: r, g, b, 0; else the root's mean colour
 
+    // With kTriangles: corners are integers times 2^-lattice_bits, in model units; how many of the blocks, the
+    // last ones, hold them.  Else 0.
+    uint32_t lattice_bits = 0;
+    uint64_t triangle_blocks = 0;
+
     bool has_colour() const { return flags & kHasColour; }
+    bool has_triangles() const { return flags & kTriangles; }
+    uint32_t version() const { return has_triangles() ? 2 : 1; }
+    uint64_t node_blocks() const { return block_count - triangle_blocks; }
+    uint32_t block_header_size() const { return has_triangles() ? 24 : 16; }
     uint32_t capacity() const;   // nodes a block: as many as fit, a multiple of 7
 };
 
@@ -62,6 +75,13 @@ struct BlockHeader {
     uint16_t node_count;    // nodes used; the rest is zero
     uint16_t child_slot;    // where the first child group of the block's nodes is
     uint64_t child_block;
+};
+// Behind it with kTriangles: u64, where the first run of the block's leaves is, in bytes from block 0.
+constexpr size_t kBlockTrianglesAt = sizeof(BlockHeader);
+
+struct TriangleBlockHeader {
+    uint32_t checksum;  // as a node block's
+    uint32_t used;      // bytes of the block that are in use
 };
 
 // Serialised form, 256 bytes with its checksum.  parse throws core::Error "<name>: ...".

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "splat/triangle_reader.h"
 #include "splat/walk.h"
 
 namespace splat {
@@ -21,8 +22,9 @@ std::vector<std::string> left_out_of(const Header& h) {
                                       h.colour[1], h.colour[2]));
     else if (!h.has_colour())
         left_out.emplace_back("colour: the input had none, or it was not wanted");
-    left_out.emplace_back(h.flags & kCloud ? "triangles: the input had none"
-                                           : "triangles: leaves are points");
+    if (!h.has_triangles())
+        left_out.emplace_back(h.flags & kCloud ? "triangles: the input had none"
+                                               : "triangles: leaves are points");
     return left_out;
 }
 
@@ -73,12 +75,36 @@ std::vector<ChannelInfo> channels_of(const Header& h, uint64_t file_bytes) {
                                       {"sphere", bytes(16)},
                                       {"flatness_and_error", bytes(5)}};
     if (h.has_colour()) channels.push_back({"colour", bytes(16)});
-    channels.push_back({"headers", kHeaderSize + h.block_count * kBlockHeaderSize});
+    if (h.has_triangles()) channels.push_back({"triangles", h.triangle_blocks * h.block_size});
+    channels.push_back({"headers", kHeaderSize + h.node_blocks() * h.block_header_size()});
     uint64_t used = 0;
     for (const ChannelInfo& c : channels) used += c.bytes;
     channels.push_back({"unused", file_bytes - std::min(used, file_bytes)});
     return channels;
 }
+
+namespace {
+
+TriangleInfo read_triangles(const Model& model) {
+    TriangleInfo info;
+    BlockView nodes;
+    BlockTriangles triangles;
+    for (uint64_t b = 0; b < model.node_blocks_present(); ++b) {
+        nodes.open(model, b);
+        triangles.open(model, nodes);
+        for (const BlockTriangles::PlacedRun& placed : triangles.runs()) {
+            const TriangleRun& run = placed.run;
+            ++info.runs;
+            info.triangles += run.triangles(), info.corners += run.corners();
+            if (!run.has_normals()) continue;
+            info.corner_normals += run.corners();
+            for (uint32_t t = 0; t < run.triangles(); ++t) info.smooth += run.is_smooth(t);
+        }
+    }
+    return info;
+}
+
+}  // namespace
 
 Info read_info(const Model& model) {
     const Header& h = model.header();
@@ -91,6 +117,7 @@ Info read_info(const Model& model) {
     info.levels_complete = h.level_count;
     info.channels = channels_of(h, info.file_bytes);
     info.left_out = left_out_of(h);
+    if (h.has_triangles()) info.triangles = read_triangles(model);
     const auto add = [&](LevelInfo& level, const Node& node, uint64_t prefix_bytes) {
         ++level.nodes;
         level.leaves += node.children == 0;
@@ -128,12 +155,25 @@ std::string to_text(const Info& info) {
                              number(info.inserted), info.is_complete() ? "" : " so far", info.fan_out()));
     line("levels", core::text("%u", h.level_count));
     line("surface", surface_of(h));
+    if (h.has_triangles()) {
+        const TriangleInfo& t = info.triangles;
+        const double each = double(std::max<uint64_t>(t.triangles, 1));
+        line("leaves are",
+             core::text("triangles, %llu of them smooth, in runs of %.1f with %.3f corners a triangle",
+                        number(t.smooth), each / double(std::max<uint64_t>(t.runs, 1)),
+                        double(t.corners) / each));
+        line("lattice",
+             core::text("%u bits, step %.5g", h.lattice_bits, std::ldexp(h.scale, -int(h.lattice_bits))));
+    }
     line("origin", core::text("%.17g %.17g %.17g", h.origin.x, h.origin.y, h.origin.z));
     line("scale", core::text("%.9g (radius of the root)", h.scale));
     line("blocks", core::text("%llu of %u bytes", number(h.block_count), h.block_size));
-    line("file",
-         size_text(info.file_bytes) + core::text(" (%llu bytes), %.3f bytes a vertex",
-                                                 number(info.file_bytes), per_vertex(info, info.file_bytes)));
+    line("file", size_text(info.file_bytes) +
+                     core::text(" (%llu bytes), %.3f bytes a vertex", number(info.file_bytes),
+                                per_vertex(info, info.file_bytes)) +
+                     (h.has_triangles()
+                          ? core::text(", %.3f a triangle", double(info.file_bytes) / double(h.leaf_count))
+                          : ""));
     if (info.is_complete())
         line("complete", "yes");
     else
@@ -152,7 +192,7 @@ nlohmann::ordered_json to_json(const Info& info) {
     const Header& h = info.header;
     nlohmann::ordered_json json;
     json["file"] = info.name;
-    json["version"] = kVersion;
+    json["version"] = h.version();
     json["vertices_in"] = h.vertices_in;
     json["triangles_in"] = h.triangles_in;
     json["leaves"] = h.leaf_count;
@@ -161,6 +201,18 @@ nlohmann::ordered_json to_json(const Info& info) {
     json["fan_out_mean"] = info.fan_out();
     json["level_count"] = h.level_count;
     json["surface"] = surface_of(h);
+    json["leaf"] = h.has_triangles() ? "triangle" : "point";
+    if (h.has_triangles()) {
+        const TriangleInfo& t = info.triangles;
+        json["lattice_bits"] = h.lattice_bits;
+        json["lattice_step"] = std::ldexp(h.scale, -int(h.lattice_bits));
+        json["triangles_present"] = t.triangles;
+        json["triangles_smooth"] = t.smooth;
+        json["triangle_runs"] = t.runs;
+        json["corners"] = t.corners;
+        json["corner_normals"] = t.corner_normals;
+        json["bytes_per_triangle"] = double(info.file_bytes) / double(h.leaf_count);
+    }
     json["origin"] = {h.origin.x, h.origin.y, h.origin.z};
     json["scale"] = h.scale;
     json["blocks"] = h.block_count;

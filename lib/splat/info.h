@@ -23,8 +23,15 @@ struct ChannelInfo {
     uint64_t bytes;  // of the whole file, rounded up
 };
 
-// What each channel takes, and the blocks' headers and unused ends.
+// What each channel takes, and the blocks' headers and unused ends ("triangles": their blocks, as a whole).
 std::vector<ChannelInfo> channels_of(const Header& h, uint64_t file_bytes);
+
+// Of leaves that are triangles, as far as their blocks are there.
+struct TriangleInfo {
+    uint64_t triangles = 0, smooth = 0, runs = 0;
+    uint64_t corners = 0;         // entries of the runs' tables
+    uint64_t corner_normals = 0;  // entries with normals
+};
 
 struct Info {
     std::string name;
@@ -36,6 +43,7 @@ struct Info {
     uint64_t opened = 0;    // nodes whose children are there, with the root
     uint64_t inserted = 0;  // nodes with one child, between a large parent and a small child
     uint32_t levels_complete = 0;
+    TriangleInfo triangles;
     std::vector<LevelInfo> levels;      // [0] is the root; the last may be incomplete
     std::vector<ChannelInfo> channels;  // they add up to file_bytes
     std::vector<std::string> left_out;  // "colour: none", ...

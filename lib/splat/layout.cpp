@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "core/parallel.h"
@@ -29,19 +30,36 @@ class Layout {
   public:
     Layout(const CodedModel& model, Header& header) : model_(model), header_(header), layout_(header) {}
 
-    void write(core::OutputFile& out) {
+    void write(const TriangleSource* triangles, core::OutputFile& out) {
         queue_groups();
+        std::optional<TriangleBlocks> triangle_blocks;
+        if (triangles) {
+            triangle_blocks.emplace(
+                *triangles, header_.block_size, header_.block_count,
+                [&](uint64_t b, std::vector<uint32_t>& leaves) { list_leaves(b, leaves); });
+            header_.triangle_blocks = triangle_blocks->count();
+            header_.block_count += header_.triangle_blocks;
+        }
         out.write(encode_header(header_));
         constexpr uint64_t kBatch = 4096;  // blocks held in memory
         std::vector<std::byte> bytes;
-        for (uint64_t first = 0; first < header_.block_count; first += kBatch) {
-            const uint64_t count = std::min(kBatch, header_.block_count - first);
+        for (uint64_t first = 0; first < header_.node_blocks(); first += kBatch) {
+            const uint64_t count = std::min(kBatch, header_.node_blocks() - first);
             bytes.assign(count * header_.block_size, std::byte{0});
-            core::parallel_for(count, [&](size_t b) {
-                fill_block(first + b, std::span(bytes).subspan(b * header_.block_size, header_.block_size));
-            }, 64);
+            core::parallel_for(
+                count,
+                [&](size_t b) {
+                    const auto block = std::span(bytes).subspan(b * header_.block_size, header_.block_size);
+                    if (triangle_blocks) {
+                        const uint64_t at = triangle_blocks->at(first + b);
+                        std::memcpy(block.data() + kBlockTrianglesAt, &at, sizeof(at));
+                    }
+                    fill_block(first + b, block);
+                },
+                64);
             out.write(bytes);
         }
+        if (triangle_blocks) triangle_blocks->write(out);
     }
 
   private:
@@ -107,6 +125,18 @@ class Layout {
 
     size_t block_end(size_t b) const { return b + 1 < block_first_.size() ? block_first_[b + 1] : queue_.size(); }
 
+    // Appends the numbers of the block's leaves that are triangles, in the order of their slots.
+    void list_leaves(uint64_t b, std::vector<uint32_t>& leaves) const {
+        for (size_t q = block_first_[b]; q < block_end(b); ++q) {
+            const auto [first, count] = tree(queue_[q].tree).groups[queue_[q].group];
+            for (uint32_t k = 0; k < count; ++k) {
+                const NodeAt at = node_at(queue_[q].tree, first + k);
+                const CodedTree& t = tree(at.tree);
+                if (t.child_group[at.node] == CodedTree::kLeaf) leaves.push_back(t.leaf[at.node]);
+            }
+        }
+    }
+
     void fill_block(uint64_t b, std::span<std::byte> bytes) const {
         BlockHeader head{};
         const auto put16 = [&](size_t channel, uint32_t slot, uint16_t value) {
@@ -143,6 +173,9 @@ class Layout {
 
 }  // namespace
 
-void write_model(const CodedModel& model, Header& header, core::OutputFile& out) { Layout(model, header).write(out); }
+void write_model(const CodedModel& model, const TriangleSource* triangles, Header& header,
+                 core::OutputFile& out) {
+    Layout(model, header).write(triangles, out);
+}
 
 }  // namespace splat

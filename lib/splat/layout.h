@@ -6,6 +6,7 @@
 #include "core/file.h"
 #include "splat/encode.h"
 #include "splat/format.h"
+#include "splat/triangle_layout.h"
 
 namespace splat {
 
@@ -16,7 +17,7 @@ struct CodedModel {
 };
 
 // Fills in block, node, leaf and level counts of `header`, and writes header and blocks.  Group 0 of the
-// upper tree are the root's children.
-void write_model(const CodedModel& model, Header& header, core::OutputFile& out);
+// upper tree are the root's children.  triangles: of a header with kTriangles, else null.
+void write_model(const CodedModel& model, const TriangleSource* triangles, Header& header, core::OutputFile& out);
 
 }  // namespace splat

@@ -64,6 +64,9 @@ HWY_INLINE Crossing CrossingOf(const V3& s, const V3& t, V square) {
         hn::Max(hn::Abs(hn::Add(s.z, hn::Mul(first, dz))), hn::Abs(hn::Add(s.z, hn::Mul(last, dz))));
     return {hn::And(hn::Ge(left, zero), hn::Le(first, last)), most};
 }
+HWY_INLINE V HeightOf(const Crossing& crossing) {
+    return hn::IfThenElseZero(crossing.is_over, crossing.height);
+}
 
 // How far up or down the faces' planes go at the rim of that disc, where it is over the face.
 HWY_INLINE V HeightAtRim(const V3& v, const V3& p, const V3& q, V square) {
@@ -219,10 +222,7 @@ class Patch {
             folded = hn::Or(folded, hn::AndNot(hn::Gt(area_of(a, b, c), zero), meets));
             // Highest and lowest a face is where its edges enter or leave the disc or end in it, or where the
             // disc's rim is furthest up or down its plane.
-            const auto height_of = [&](const Crossing& crossing) HWY_ATTR {
-                return hn::IfThenElseZero(crossing.is_over, crossing.height);
-            };
-            const V edges = hn::Max(height_of(ab), hn::Max(height_of(bc), height_of(ca)));
+            const V edges = hn::Max(HeightOf(ab), hn::Max(HeightOf(bc), HeightOf(ca)));
             const V corners = hn::Max(hn::Abs(a.z), hn::Max(hn::Abs(b.z), hn::Abs(c.z)));
             most = hn::Max(most, hn::IfThenElseZero(
                                      meets, hn::Min(corners, hn::Max(edges, HeightAtRim(a, b, c, reach)))));
@@ -482,6 +482,125 @@ void LeafErrors(const Surface& surface, std::span<const LeafDisc> discs, FaceMar
     for (const LeafDisc* disc : lone) errors[disc - discs.data()] = LoneError(surface, *disc, patch);
 }
 
+// The same for a leaf that is a triangle, in units of the disc's radius.
+class Ring {
+  public:
+    Ring(const Surface& surface, const LeafDisc& disc)
+        : fans_(surface.triangles), own_(fans_.corners[disc.leaf]), inverse_(1.0f / disc.radius) {
+        frame_ = {inverse_ * disc.frame.t1, inverse_ * disc.frame.t2, inverse_ * disc.frame.n};
+        for (int k = 0; k < 3; ++k) corner_[k] = turned(fans_.at[own_[k]] - disc.centre);
+    }
+
+    // Looks at all faces about the triangle's corners.  False where some are not known, or one is not seen
+    // from the normal's side.
+    bool look() {
+        for (int k = 0; k < 3; ++k) {
+            if (!fans_.is_closed[own_[k]]) return false;
+            for (uint32_t at = fans_.begin[own_[k]]; at < fans_.begin[own_[k] + 1];
+                 at += uint32_t(hn::Lanes(D())))
+                if (!look_at(corner_[k], at, fans_.begin[own_[k] + 1] - at)) return false;
+        }
+        return true;
+    }
+
+    // As of Patch, over the disc.
+    float height() const { return height_; }
+    float overhang() const { return is_over_centre_ ? overhang_ : std::numeric_limits<float>::infinity(); }
+
+    // Bound on the distance of the disc's points from these faces (of more than kMost, the first ones).
+    HWY_NOINLINE float distance(float enough) const {
+        constexpr size_t kMost = 64;
+        glm::vec3 v[kMost], p[kMost], q[kMost];
+        v[0] = corner_[0], p[0] = corner_[1], q[0] = corner_[2];
+        size_t count = 1;
+        for (int k = 0; k < 3; ++k)
+            for (uint32_t at = fans_.begin[own_[k]]; at < fans_.begin[own_[k] + 1] && count < kMost; ++at) {
+                const glm::u32vec2 others = fans_.fan[at];
+                bool is_known = is_own(others.x) && is_own(others.y);
+                for (int before = 0; before < k; ++before)
+                    is_known |= others.x == own_[before] || others.y == own_[before];
+                if (is_known) continue;
+                v[count] = corner_[k];
+                p[count] = corner_[k] + turned(fans_.p.get(at)),
+                q[count] = corner_[k] + turned(fans_.q.get(at));
+                ++count;
+            }
+        const auto square_of = [&](size_t k, auto x, auto y) {
+            return SquareToTriangle(Sectors(), x, y, v[k], p[k], q[k]);
+        };
+        const auto error = [](size_t) { return 0.0f; };
+        return Cells(1.0f, count, square_of, error).fine_bound(enough);
+    }
+
+  private:
+    static constexpr float kSquare = 1.0001f;  // of the disc's radius
+
+    glm::vec3 turned(const glm::dvec3& p) const { return turned(glm::vec3(p)); }
+    glm::vec3 turned(const glm::vec3& p) const {
+        return {glm::dot(frame_.t1, p), glm::dot(frame_.t2, p), glm::dot(frame_.n, p)};
+    }
+    bool is_own(uint32_t vertex) const { return vertex == own_.x || vertex == own_.y || vertex == own_.z; }
+
+    bool look_at(const glm::vec3& vertex, uint32_t at, uint32_t count) {
+        const D d;
+        const hn::RebindToUnsigned<D> du;
+        const auto valid = hn::FirstN(d, count);
+        const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), square = hn::Set(d, kSquare);
+        const V3 v = Set3(d, vertex), p = Plus(v, Turn(fans_.p, at)), q = Plus(v, Turn(fans_.q, at));
+        const V area = Cross(hn::Sub(p.x, v.x), hn::Sub(p.y, v.y), hn::Sub(q.x, v.x), hn::Sub(q.y, v.y));
+        if (!hn::AllTrue(d, hn::Or(hn::Not(valid), hn::Gt(area, zero)))) return false;
+        const V edges = hn::Max(HeightOf(CrossingOf(p, q, square)), HeightOf(CrossingOf(v, p, square)));
+        const V corners = hn::Max(hn::Abs(v.z), hn::Max(hn::Abs(p.z), hn::Abs(q.z)));
+        const V height = hn::Min(corners, hn::Max(edges, HeightAtRim(v, p, q, square)));
+        height_ = std::max(height_, hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(valid, height))));
+        const auto is_left = [&](const V3& a, const V3& b)
+                                 HWY_ATTR { return hn::Ge(Cross(a.x, a.y, b.x, b.y), zero); };
+        is_over_centre_ |=
+            !hn::AllFalse(d, hn::And(valid, hn::And(is_left(v, p), hn::And(is_left(p, q), is_left(q, v)))));
+        // The edges opposite to the corner that have none of the others either are the ring's rim.
+        hn::Vec<decltype(du)> from, to;
+        hn::LoadInterleaved2(du, &fans_.fan[at].x, from, to);
+        auto is_rim = hn::RebindMask(du, valid);
+        for (int k = 0; k < 3; ++k) {
+            const auto corner = hn::Set(du, own_[k]);
+            is_rim = hn::And(is_rim, hn::And(hn::Ne(from, corner), hn::Ne(to, corner)));
+        }
+        const V from_axis = SquareFromAxis(p, q);
+        const V beyond = hn::Max(zero, hn::Sub(one, hn::Sqrt(from_axis))),
+                off = hn::Max(hn::Abs(p.z), hn::Abs(q.z));
+        const V over = hn::IfThenElseZero(hn::And(hn::RebindMask(d, is_rim), hn::Le(from_axis, square)),
+                                          hn::Sqrt(hn::Add(hn::Mul(beyond, beyond), hn::Mul(off, off))));
+        overhang_ = std::max(overhang_, hn::GetLane(hn::MaxOfLanes(d, over)));
+        return true;
+    }
+
+    V3 Turn(const PointArrays& points, uint32_t at) const {
+        const D d;
+        const V3 p{hn::LoadU(d, &points.x[at]), hn::LoadU(d, &points.y[at]), hn::LoadU(d, &points.z[at])};
+        return {Dot(Set3(d, frame_.t1), p), Dot(Set3(d, frame_.t2), p), Dot(Set3(d, frame_.n), p)};
+    }
+    static V3 Plus(const V3& a, const V3& b) {
+        return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+    }
+
+    const TriangleFans& fans_;
+    const glm::u32vec3 own_;
+    const float inverse_;
+    Frame frame_;
+    glm::vec3 corner_[3];
+    float height_ = 0, overhang_ = 0;
+    bool is_over_centre_ = false;
+};
+
+// The disc holds the triangle's corners in its projection.  Where the faces about them go round each, all are
+// seen from the normal's side, and the edges about all of them do not cross the disc, there is surface over
+// each point of the disc, as of a vertex's leaf; where such an edge crosses it, the disc's rest is beyond.
+float TriangleError(const Surface& surface, const LeafDisc& disc) {
+    Ring ring(surface, disc);
+    if (!ring.look()) return disc.radius * ring.distance(kErrorOfRadius[disc.flatness][0]);
+    return disc.radius * std::max(ring.height(), ring.overhang());
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace splat
 HWY_AFTER_NAMESPACE();
@@ -490,10 +609,15 @@ HWY_AFTER_NAMESPACE();
 namespace splat {
 
 HWY_EXPORT(LeafErrors);
+HWY_EXPORT(TriangleError);
 
 void leaf_errors(const Surface& surface, std::span<const LeafDisc> discs, FaceMarks& marks,
                  std::span<float> errors) {
     HWY_DYNAMIC_DISPATCH(LeafErrors)(surface, discs, marks, errors.data());
+}
+
+float triangle_error(const Surface& surface, const LeafDisc& disc) {
+    return HWY_DYNAMIC_DISPATCH(TriangleError)(surface, disc);
 }
 
 }  // namespace splat

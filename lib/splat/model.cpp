@@ -38,9 +38,19 @@ void Model::fault(uint64_t number, const std::string& what) const {
 }
 
 std::span<const std::byte> Model::block(uint64_t number) const {
-    if (number >= blocks_present_) fault(number, "is not there");
+    if (!has_block(number)) fault(number, number < blocks_present_ ? "is no block of nodes" : "is not there");
     if (checked_[number].load(std::memory_order_acquire) == 0) check_block(number);
     return file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
+}
+
+std::span<const std::byte> Model::triangle_block(uint64_t number) const {
+    if (number < header_.node_blocks() || number >= blocks_present_)
+        fault(number, number < blocks_present_ ? "is no block of triangles" : "is not there");
+    if (checked_[number].load(std::memory_order_acquire) == 0) check_block(number);
+    const auto bytes = file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
+    TriangleBlockHeader head;
+    std::memcpy(&head, bytes.data(), sizeof(head));
+    return bytes.first(head.used);
 }
 
 void Model::prefetch(const GroupAt& group) const {
@@ -55,17 +65,33 @@ void Model::prefetch(const GroupAt& group) const {
 
 void Model::check_block(uint64_t number) const {
     const auto bytes = file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
+    uint32_t stored;
+    std::memcpy(&stored, bytes.data(), sizeof(stored));
+    const uint32_t found = block_checksum(bytes, number);
+    if (found != stored) fault(number, core::text("checksum %08x, stored is %08x", found, stored));
+    if (number < header_.node_blocks())
+        check_nodes(number, bytes);
+    else
+        check_triangles(number, bytes);
+    if (checked_[number].exchange(1, std::memory_order_acq_rel) == 0) blocks_used_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void Model::check_nodes(uint64_t number, std::span<const std::byte> bytes) const {
     BlockHeader head;
     std::memcpy(&head, bytes.data(), sizeof(head));
-    const uint32_t found = block_checksum(bytes, number);
-    if (found != head.checksum) fault(number, core::text("checksum %08x, stored is %08x", found, head.checksum));
     if (head.node_count == 0 || head.node_count > layout_.capacity)
         fault(number, core::text("%u nodes, 1 to %u are possible", head.node_count, layout_.capacity));
     if (head.child_slot >= layout_.capacity)
         fault(number, core::text("child slot %u of %u", head.child_slot, layout_.capacity));
     // Children stand after their parents: this is what makes every walk end.
     if (head.child_block < number) fault(number, "points backwards");
-    if (checked_[number].exchange(1, std::memory_order_acq_rel) == 0) blocks_used_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void Model::check_triangles(uint64_t number, std::span<const std::byte> bytes) const {
+    TriangleBlockHeader head;
+    std::memcpy(&head, bytes.data(), sizeof(head));
+    if (head.used <= sizeof(head) || head.used > header_.block_size)
+        fault(number, core::text("%u bytes in use, %zu to %u are possible", head.used, sizeof(head) + 1, header_.block_size));
 }
 
 void BlockView::open(const Model& model, uint64_t number) {
@@ -82,6 +108,7 @@ void BlockView::open(const Model& model, uint64_t number) {
     shape_ = reinterpret_cast<const uint8_t*>(bytes + layout.shape);
     colour_ = model.header().has_colour() ? reinterpret_cast<const uint16_t*>(bytes + layout.colour) : nullptr;
     child_slot_ = head.child_slot;
+    if (model.header().has_triangles()) std::memcpy(&triangles_at_, bytes + kBlockTrianglesAt, sizeof(triangles_at_));
     capacity_ = layout.capacity;
     counted_ = 0;
     child_at_ = {child_block_, child_slot_};

@@ -36,16 +36,20 @@ class Model {
     const BlockLayout& layout() const { return layout_; }
     const std::string& name() const { return file_.name(); }
     uint64_t blocks_present() const { return blocks_present_; }
+    uint64_t node_blocks_present() const { return std::min(blocks_present_, header_.node_blocks()); }
     bool is_complete() const { return blocks_present_ == header_.block_count; }
     size_t size_bytes() const { return file_.bytes().size(); }
 
     Node root() const;
 
-    bool has_block(uint64_t block) const { return block < blocks_present_; }
+    bool has_block(uint64_t block) const { return block < node_blocks_present(); }
 
-    // The bytes of a block that is present, checked.  Throws core::Error
+    // The bytes of a block of nodes that is present, checked.  Throws core::Error
     // "<name>: block 7 at byte 7424: ...".
     std::span<const std::byte> block(uint64_t number) const;
+
+    // The bytes in use of a block of triangles that is present, its header among them, checked likewise.
+    std::span<const std::byte> triangle_block(uint64_t number) const;
 
     // Asks for the memory of a group that will be read soon; nothing where it is not there.
     void prefetch(const GroupAt& group) const;
@@ -58,6 +62,8 @@ class Model {
 
   private:
     void check_block(uint64_t number) const;
+    void check_nodes(uint64_t number, std::span<const std::byte> bytes) const;
+    void check_triangles(uint64_t number, std::span<const std::byte> bytes) const;
 
     core::InputFile file_;
     Header header_;
@@ -80,6 +86,7 @@ class BlockView {
     void open(const Model& model, uint64_t number);
     uint64_t number() const { return number_; }
     bool is_open() const { return is_open_; }
+    uint64_t triangles_at() const { return triangles_at_; }  // of a model with triangles: see format.h
 
     uint32_t node_count() const { return node_count_; }
     const uint16_t* attitude() const { return attitude_; }
@@ -127,7 +134,7 @@ class BlockView {
     }
 
     bool is_open_ = false;
-    uint64_t number_ = 0, child_block_ = 0;
+    uint64_t number_ = 0, child_block_ = 0, triangles_at_ = 0;
     uint32_t node_count_ = 0, child_slot_ = 0, capacity_ = 0;
     const uint16_t *attitude_ = nullptr, *place_ = nullptr, *colour_ = nullptr;
     const uint8_t* shape_ = nullptr;

@@ -32,6 +32,18 @@ struct SubtreeInput {
     }
 };
 
+// Of leaves that are triangles: the faces about their corners.  Vertices are numbered from 0; those of the
+// leaves come first.
+struct TriangleFans {
+    std::vector<glm::u32vec3> corners;  // by leaf: vertices
+    std::vector<glm::dvec3> at;         // by vertex, relative to the surface's base
+    std::vector<uint32_t> begin;        // by vertex of a leaf, and the end
+    std::vector<glm::u32vec2> fan;      // the other two corners, in the face's sense
+    PointArrays p, q;                   // where these are from the vertex; room for kSpare more
+    std::vector<uint8_t> is_closed;     // by vertex of a leaf: do the faces that are known go round it?
+    float rounding = 0;                 // no corner is further from the input's vertex
+};
+
 // Leaves are numbered from 0, in tree order.  What is relative to a leaf is precise however small its faces
 // are beside the subtree.
 struct Surface {
@@ -63,6 +75,10 @@ struct Surface {
 
     static uint32_t side_of(uint32_t face, uint32_t k) { return 4 * face + k; }
     static uint32_t face_of(uint32_t side) { return side / 4; }
+    // Where leaves are triangles: `at` is a corner of each, `fan` and what belongs to it is empty.
+    TriangleFans triangles;
+
+    bool has_triangles() const { return !triangles.corners.empty(); }
     uint32_t valence(uint32_t i) const { return fan_begin[i + 1] - fan_begin[i]; }
 };
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "splat/triangle_reader.h"
 #include "splat/walk.h"
 
 namespace splat {
@@ -22,12 +23,14 @@ void check_header(const core::InputFile& file) {
     const auto refuse = [&](const std::string& what) {
         throw core::Error(file.name() + ": header: " + what);
     };
-    constexpr uint32_t kKnown = kHasColour | kConstantColour | kOpenSurface | kCloud;
+    constexpr uint32_t kKnown = kHasColour | kConstantColour | kOpenSurface | kCloud | kTriangles;
     if (h.flags & ~kKnown) refuse(core::text("unknown flags %08x", h.flags & ~kKnown));
     if ((h.flags & kCloud) && !(h.flags & kOpenSurface)) refuse("bare points as a closed surface");
     if ((h.flags & kCloud) && h.triangles_in > 0)
         refuse(core::text("bare points with %llu triangles", number(h.triangles_in)));
-    if (h.leaf_count > h.vertices_in)
+    if (h.has_triangles() && h.leaf_count > h.triangles_in)
+        refuse(core::text("%llu leaves of %llu triangles", number(h.leaf_count), number(h.triangles_in)));
+    if (!h.has_triangles() && h.leaf_count > h.vertices_in)
         refuse(core::text("%llu leaves of %llu vertices", number(h.leaf_count), number(h.vertices_in)));
     const auto canonical = encode_header(h);
     const auto differs = std::mismatch(canonical.begin(), canonical.end(), file.bytes().begin()).first;
@@ -43,7 +46,7 @@ class BlockChecks {
     }
 
     void run() {
-        for (uint64_t b = 0; b < model_.blocks_present(); ++b) {
+        for (uint64_t b = 0; b < model_.node_blocks_present(); ++b) {
             view_.open(model_, b);
             check_unused(b);
             check_pointer(b);
@@ -102,6 +105,65 @@ class BlockChecks {
     std::vector<Pointer> unsettled_;
 };
 
+// What runs of triangles say, and that they fill their blocks.
+class RunChecks {
+  public:
+    explicit RunChecks(const Model& model) : model_(model), block_(model.header().node_blocks()) {}
+
+    void run() {
+        BlockView nodes;
+        BlockTriangles triangles;
+        for (uint64_t b = 0; b < model_.node_blocks_present(); ++b) {
+            nodes.open(model_, b);
+            triangles.open(model_, nodes);
+            if (triangles.leaf_count() == 0 && nodes.triangles_at() != 0)
+                model_.fault(b, "no leaves, but triangles");
+            if (triangles.leaf_count() > 0) check_begin(b, nodes.triangles_at());
+            for (const BlockTriangles::PlacedRun& placed : triangles.runs()) check_run(placed);
+        }
+        if (model_.is_complete() && (block_ != model_.header().block_count || offset_ != kRunsAt))
+            model_.fault(std::min(block_, model_.header().block_count - 1), "runs of no leaves");
+    }
+
+  private:
+    // Known as long as all blocks of triangles before are there.
+    void check_begin(uint64_t node_block, uint64_t at) const {
+        if (block_ >= model_.blocks_present() || at == block_ * model_.header().block_size + offset_) return;
+        model_.fault(
+            node_block,
+            core::text("its triangles are at byte %llu of the blocks, the order puts them at byte %llu",
+                       number(at), number(block_ * model_.header().block_size + offset_)));
+    }
+
+    void check_run(const BlockTriangles::PlacedRun& placed) {
+        const TriangleRun& run = placed.run;
+        const auto fault = [&](const std::string& what) {
+            model_.fault(placed.block, core::text("run at byte %u: ", placed.offset) + what);
+        };
+        if (!run.has_zero_padding()) fault("unused bits are not 0");
+        const int64_t limit = int64_t(1) << model_.header().lattice_bits;
+        for (uint32_t e = 0; e < run.corners(); ++e) {
+            const glm::i64vec3 p = run.position(e);
+            if (glm::any(glm::greaterThan(glm::abs(p), glm::i64vec3(limit))))
+                fault(core::text("corner %u is outside the lattice", e));
+            const uint32_t n = run.normal_code(e);
+            if ((n & 4095u) >= uint32_t(kCornerNormalSteps) || n >> 12 >= uint32_t(kCornerNormalSteps))
+                fault(core::text("normal of corner %u has code %06x", e, n));
+        }
+        const std::span<const std::byte> used = model_.triangle_block(placed.block);
+        block_ = placed.block, offset_ = placed.offset + uint32_t(run.size_bytes());
+        if (offset_ != used.size()) return;
+        for (size_t i = used.size(); i < model_.header().block_size; ++i)
+            if (used.data()[i] != std::byte{0})
+                model_.fault(placed.block, core::text("unused byte %zu is not 0", i));
+        ++block_, offset_ = kRunsAt;
+    }
+
+    const Model& model_;
+    uint64_t block_;  // where the next run is
+    uint32_t offset_ = kRunsAt;
+};
+
 // Normals within `index`'s half-angle of `axis`; index -1: none.
 struct Cone {
     glm::vec3 axis{0, 0, 1};
@@ -145,7 +207,37 @@ class NodeChecks {
             fault(core::text("its culling sphere reaches %.9g from its parent's centre, which has %.9g",
                              reach, room));
         check_cone(n);
-        if (node.children == 0) ++counts_.leaves;
+        if (node.children > 0) return;
+        ++counts_.leaves;
+        if (model_.header().has_triangles()) check_triangle(n);
+    }
+
+    // The leaf's ellipsoid covers it.
+    void check_triangle(const WalkedNode& n) {
+        constexpr double kOutside = 1 + 1e-5;  // single precision of the radius
+        if (!triangles_.is_open() || triangles_.number() != n.at.block) {
+            block_.open(model_, n.at.block);
+            triangles_.open(model_, block_);
+        }
+        const BlockTriangles::Place at = triangles_.find(n.at.slot);
+        if (at.run == BlockTriangles::Place::kNone) return;
+        ++counts_.triangles;
+        const TriangleRun& run = triangles_.runs()[at.run].run;
+        const glm::u32vec3 entries = triangles_.runs()[at.run].entries[at.triangle];
+        for (int k = 0; k < 3; ++k) {
+            const glm::dvec3 corner =
+                glm::dvec3(run.position(entries[k])) * std::ldexp(1.0, -int(model_.header().lattice_bits));
+            const glm::dvec3 off = corner - n.node.centre;
+            const double along = glm::dot(off, glm::dvec3(n.node.normal)),
+                         radius = double(n.node.radius) * kOutside + kCentreRounding;
+            const double flat = double(n.node.flatness);
+            const double square = glm::dot(off, off) - along * along + along * along / (flat * flat);
+            if (!(square <= radius * radius))
+                model_.fault(
+                    n.at.block,
+                    core::text("slot %u: its triangle sticks out of its ellipsoid by a factor of %.6g",
+                               n.at.slot, std::sqrt(square) / radius));
+        }
     }
 
     void check_cone(const WalkedNode& n) {
@@ -171,6 +263,8 @@ class NodeChecks {
 
     const Model& model_;
     VerifyCounts counts_;
+    BlockView block_;
+    BlockTriangles triangles_;
     std::deque<Inherited> cones_;  // of the groups to come, in the walk's order
 };
 
@@ -193,7 +287,7 @@ void check_codes(const Model& model) {
         if (code >= count)
             model.fault(b, core::text("slot %u: %s code %d, the last is %d", slot, what, code, count - 1));
     };
-    for (uint64_t b = 0; b < model.blocks_present(); ++b) {
+    for (uint64_t b = 0; b < model.node_blocks_present(); ++b) {
         view.open(model, b);
         for (uint32_t slot = 0; slot < view.node_count(); ++slot) {
             check(b, slot, "normal", view.attitude()[slot] >> 5 & 1023, kNormalSteps * kNormalSteps);
@@ -208,6 +302,7 @@ VerifyCounts verify(core::InputFile file) {
     check_header(file);
     const Model model(std::move(file));
     BlockChecks(model).run();
+    if (model.header().has_triangles()) RunChecks(model).run();
     check_codes(model);
     const VerifyCounts counts = NodeChecks(model).run();
     if (!model.is_complete()) {

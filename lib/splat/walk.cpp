@@ -34,7 +34,7 @@ class Walk {
         }
         if (last_level_ < model_.header().level_count) return;
         leave_block(read_.slot());
-        if (block_.number() + 1 != model_.blocks_present())
+        if (block_.number() + 1 != model_.node_blocks_present())
             model_.fault(block_.number() + 1, "no node has children here");
     }
 
@@ -73,7 +73,7 @@ class Walk {
                     "children of slot %u at block %llu slot %u, the order puts them at block %llu slot %u",
                     slot, static_cast<unsigned long long>(found.block), found.slot,
                     static_cast<unsigned long long>(expected.block), expected.slot));
-        if (expected.block >= model_.header().block_count)
+        if (expected.block >= model_.header().node_blocks())
             model_.fault(block_.number(), core::text("children of slot %u are beyond the last block", slot));
         return expected;
     }

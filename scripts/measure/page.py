@@ -35,6 +35,9 @@ SECTIONS = [
     ("Occlusion",
      "What leaving out what surfaces hide saves: splats, of those drawn without; and the time, by the time without. auto "
      "decides frame by frame; where nothing is hidden, it is what the looking costs.", [], ["occlusion"]),
+    ("Triangles as leaves",
+     "From the fitted view up to 64 times nearer: leaves that are points, triangles where they are large and splats where they "
+     "are not, and the mesh itself as the model has it, all of its triangles.", [], ["triangles", "triangles-build"]),
     ("Cost against size of the model",
      "The same surface with 4, 16 and 64 times as many vertices, drawn at the same PSNR. An exponent of 0 means that a "
      "frame costs its pixels, 1 that it costs the model.",
@@ -60,7 +63,7 @@ SECTIONS = [
      "Coordinates, scales, cameras and files that break builders and renderers, each with the bound that its test holds it "
      "to.", [], ["stability"]),
 ]
-OPEN = {"goals", "size", "threads", "backends", "budgets", "bound-summary", "paths", "occlusion", "yardsticks"}  # not folded
+OPEN = {"goals", "size", "threads", "backends", "budgets", "bound-summary", "paths", "occlusion", "triangles", "yardsticks"}  # not folded
 
 
 def write(bench):

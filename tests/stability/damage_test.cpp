@@ -123,7 +123,7 @@ TEST(DamagedModel, HeaderFieldsThatLieAreDrawnOrRefused) {
 TEST(DamagedModel, BlockHeadersThatLieAreDrawnOrRefused) {
     const size_t blocks = (sound_model().size() - splat::kHeaderSize) / splat::kMinBlockSize;
     for (size_t block = 0; block < blocks; ++block)
-        for (size_t at = 4; at < splat::kBlockHeaderSize; at += 2)
+        for (size_t at = 4; at < sizeof(splat::BlockHeader); at += 2)
             for (const unsigned lie : {0u, 1u, 6u, 7u, 0x7fffu, 0xffffu}) {
                 const auto value = uint16_t(lie);
                 std::string bytes = sound_model();

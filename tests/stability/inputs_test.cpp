@@ -185,6 +185,29 @@ TEST_P(Inputs, KeepTheirBounds) {
     }
 }
 
+// With triangles as leaves: none is lost, all of them are drawn, and the lattice is within the bound.
+TEST_P(Inputs, KeepTheirBoundsAsTriangles) {
+    const Input& input = GetParam();
+    if (input.shape().triangles.empty()) GTEST_SKIP() << "bare points have no triangles";
+    const Subject subject =
+        build(input.shape(), input.precision, {.skip_bad = input.skip_bad}, splat::Leaf::triangle);
+    const std::string row = std::string(input.name) + "_as_triangles";
+
+    EXPECT_NO_THROW(splat::verify(nameless_file(subject.bytes))) << row;
+    EXPECT_EQ(subject.model->header().leaf_count, subject.mesh.triangles.size()) << row;
+    const geom::Camera camera = fitted_camera(subject);
+    for (const double triangle_px : {0.0, scene::kTrianglePx, 1e6}) {
+        scene::DrawOptions options = all_detail();
+        options.cut.triangle_px = triangle_px;
+        const Picture picture = draw(subject, camera, options);
+        expect_at_most(row, "bad pixels", double(bad_pixels(picture.frame)), 0);
+        // Outlines are off by the lattice's rounding, a small part of a pixel; of slivers they are long.
+        expect_at_most(row, "holes", double(difference_from_mesh(subject, picture).holes), 10);
+        expect_at_most(row, "error px", measured_error_px(subject, picture),
+                       picture.report.counts.error_bound_px + measurement_rounding_px(picture));
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Table, Inputs, testing::ValuesIn(kInputs), testing::PrintToStringParamName());
 
 struct Refusal {

@@ -70,7 +70,7 @@ std::vector<glm::dvec3> vertices_to_cover(const Subject& subject) {
 
 }  // namespace
 
-Subject build(const Shape& shape, Precision precision, const mesh::ReadOptions& options) {
+Subject build(const Shape& shape, Precision precision, const mesh::ReadOptions& options, splat::Leaf leaf) {
     const std::string ply = to_ply(shape, precision);
     mesh::ReadResult read = mesh::read_mesh_bytes(std::as_bytes(std::span(ply)), "shape.ply", options);
     Subject subject;
@@ -79,7 +79,7 @@ Subject build(const Shape& shape, Precision precision, const mesh::ReadOptions& 
     subject.counts = read.counts;
     const TemporaryFile file;
     core::OutputFile out(file.path());
-    subject.report = splat::build(std::move(read.mesh), {}, out, "shape.ply");
+    subject.report = splat::build(std::move(read.mesh), {.leaf = leaf}, out, "shape.ply");
     out.commit();
     const core::InputFile in(file.path());
     subject.bytes.assign(reinterpret_cast<const char*>(in.bytes().data()), in.bytes().size());

@@ -28,7 +28,8 @@ struct Subject {
 };
 
 // Throws core::Error as reader and builder do.
-Subject build(const Shape& shape, Precision precision, const mesh::ReadOptions& options = {});
+Subject build(const Shape& shape, Precision precision, const mesh::ReadOptions& options = {},
+              splat::Leaf leaf = splat::Leaf::point);
 
 // A file that holds `bytes` and is deleted already.
 core::InputFile nameless_file(const std::string& bytes);

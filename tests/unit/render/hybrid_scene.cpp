@@ -54,15 +54,20 @@ geom::View view_of(int width, int height, double focal_px) {
     return view;
 }
 
-render::Frame draw(render::SplatPainter& painter, const geom::View& view,
-                   const render::SplatterOptions& options, const Scene& scene, size_t task_count,
-                   int batch_size) {
+void add(render::SplatPainter& painter, const geom::View& view, const render::SplatterOptions& options,
+         const Scene& scene, size_t task_count, int batch_size) {
     painter.begin(view, options, task_count);
     core::parallel_for(task_count, [&](size_t task) {
         add_all<SplatBatch>(painter, scene.discs, task, task_count, batch_size);
         add_all<TriangleBatch>(painter, scene.triangles, task, task_count, batch_size);
         painter.end_task(task);
     });
+}
+
+render::Frame draw(render::SplatPainter& painter, const geom::View& view,
+                   const render::SplatterOptions& options, const Scene& scene, size_t task_count,
+                   int batch_size) {
+    add(painter, view, options, scene, task_count, batch_size);
     render::Frame frame;
     painter.finish(frame);
     return frame;

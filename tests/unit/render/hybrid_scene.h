@@ -30,7 +30,11 @@ struct Scene {
 
 geom::View view_of(int width, int height, double focal_px);
 
-// An equal share of the triangles and of the discs to each task; batches have `batch_size` items.
+// Begins a frame and adds an equal share of the triangles and of the discs to each task; batches have
+// `batch_size` items.
+void add(render::SplatPainter& painter, const geom::View& view, const render::SplatterOptions& options,
+         const Scene& scene, size_t task_count = 3, int batch_size = 512);
+// The same, and finishes it.
 render::Frame draw(render::SplatPainter& painter, const geom::View& view,
                    const render::SplatterOptions& options, const Scene& scene, size_t task_count = 3,
                    int batch_size = 512);

@@ -393,6 +393,114 @@ TEST(Triangles, JoinSplatsWithoutAHole) {
             }
 }
 
+// What a map takes for hidden, of a surface of triangles and discs with holes and of what floats behind and
+// about it.
+struct Hiding {
+    geom::OcclusionMap map;
+    Scene front, loose;
+
+    explicit Hiding(uint32_t seed) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<float> unit(-1, 1);
+        front = half_and_half(render_test::sheet(40, -2, -2, 0.1f, 3, 0.3f, 0.02f, seed), 0.7f);
+        // Holes of some triangles or discs.
+        const auto thin = [&](auto& items) {
+            std::erase_if(items, [&](const auto&) { return unit(random) > 0.995f; });
+        };
+        thin(front.triangles), thin(front.discs);
+        for (int i = 0; i < 3000; ++i) {
+            // Most behind, some just behind, some before.
+            const float z = 3 + (i % 4 == 0 ? 0.3f * unit(random) : i % 4 == 1 ? 0.5f : 1 + unit(random));
+            const glm::vec3 middle(unit(random) * 0.6f * z, unit(random) * 0.45f * z, z);
+            const auto vary = [&] { return glm::vec3(unit(random), unit(random), unit(random)); };
+            const glm::vec3 n = glm::normalize(vary() - glm::vec3(0, 0, 2));
+            const uint32_t colour = random() & 0xffffffu;
+            if (i % 50 == 0)  // blends with the surface from behind, across what is hidden
+                loose.discs.push_back(
+                    {{middle.x, middle.y, 3.25f + 0.1f * unit(random)}, 0.4f, n, 0.1f, colour});
+            else if (i % 2)
+                loose.discs.push_back({middle, 0.08f * (1.2f + unit(random)), n, 0.1f, colour});
+            else
+                loose.triangles.push_back(
+                    {{middle + 0.06f * vary(), middle + 0.06f * vary(), middle + 0.06f * vary()},
+                     {n, n, n},
+                     colour});
+        }
+    }
+
+    void begin(const geom::View& view) {
+        map.begin(view, 1);
+        std::vector<geom::OcclusionMap::Surface> surfaces;
+        for (const Disc& d : front.discs) surfaces.push_back({d.centre, d.radius, d.normal, 0.01f});
+        for (const Triangle& t : front.triangles) {
+            const Disc d = render_test::disc_of(t);
+            surfaces.push_back({d.centre, d.radius, d.normal, 0.01f});
+        }
+        map.add_surfaces(surfaces);
+        map.build();
+    }
+
+    // All but what is hidden.
+    Scene seen() {
+        Scene scene = front;
+        const auto is_seen = [&](const glm::vec3& centre, float radius) {
+            return map.look(centre, radius) != geom::OcclusionMap::Sight::hidden;
+        };
+        for (const Disc& d : loose.discs)
+            if (is_seen(d.centre, d.radius)) scene.discs.push_back(d);
+        for (const Triangle& t : loose.triangles) {
+            const glm::vec3 centre = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
+            float radius = 0;
+            for (const glm::vec3& corner : t.corners)
+                radius = std::max(radius, 1.001f * glm::distance(corner, centre));
+            if (is_seen(centre, radius)) scene.triangles.push_back(t);
+        }
+        return scene;
+    }
+
+    Scene all() const {
+        Scene scene = front;
+        scene.discs.insert(scene.discs.end(), loose.discs.begin(), loose.discs.end());
+        scene.triangles.insert(scene.triangles.end(), loose.triangles.begin(), loose.triangles.end());
+        return scene;
+    }
+};
+
+TEST(Triangles, HideAndAreHiddenWithoutATrace) {
+    size_t left_out = 0, proved = 0, repeated = 0;
+    for (const uint32_t seed : {1u, 2u, 3u})
+        for (const SplatKind kind : kKinds)
+            for (const double push_back_px : {2.0, 30.0}) {
+                SCOPED_TRACE(testing::Message() << "seed " << seed << " kind " << int(kind));
+                const geom::View view = view_of(400, 300, 320);
+                SplatterOptions options{kind, {Shade::lit}, true};
+                options.push_back_px = push_back_px, options.has_triangles = true;
+                Hiding hiding(seed);
+                const Frame expected = draw(view, options, hiding.all());
+                hiding.begin(view);
+                render::Splatter splatter;
+                Frame frame;
+                const Scene seen = hiding.seen();
+                left_out += hiding.all().discs.size() - seen.discs.size();
+                left_out += hiding.all().triangles.size() - seen.triangles.size();
+                render_test::add(splatter, view, options, seen);
+                splatter.finish(frame, hiding.map);
+                for (int y = 8; y < view.height; y += 16)
+                    for (int x = 8; x < view.width; x += 16)
+                        if (hiding.map.limit(x, y) > 0) ++(hiding.map.is_unproven(x, y) ? repeated : proved);
+                if (hiding.map.has_unproven()) {
+                    hiding.map.begin_repeat();
+                    render_test::add(splatter, view, options, hiding.seen());
+                    splatter.finish(frame, hiding.map);
+                }
+                EXPECT_EQ(frame.rgb, expected.rgb);
+                EXPECT_EQ(frame.depth, expected.depth);
+            }
+    EXPECT_GT(left_out, 5000u);
+    EXPECT_GT(proved, 2000u);
+    EXPECT_GT(repeated, 500u);
+}
+
 TEST(Triangles, AreForgottenByTheNextFrame) {
     const Scene scene = test_scene();
     render::Splatter splatter;

@@ -118,6 +118,30 @@ TEST(Occlusion, ChangesNoPixel) {
     }
 }
 
+TEST(Occlusion, ChangesNoPixelBesideTriangles) {
+    for (const Subject& subject : subjects()) {
+        const splat::Model model = build_model(subject.mesh, {.leaf = splat::Leaf::triangle});
+        scene::ModelPainter painter(model);
+        uint64_t hidden = 0, triangles = 0, splats = 0;
+        const std::vector<geom::View> views = views_of(model, subject.mesh);
+        for (size_t v = 0; v < views.size(); ++v) {
+            for (scene::DrawOptions options : options_for(v)) {
+                // All leaves, some, and those that are large.
+                options.cut.triangle_px = v % 3 == 0 ? 0 : v % 3 == 1 ? 4 : 12;
+                const Drawn off = draw(painter, views[v], options, scene::Occlusion::off);
+                const Drawn on = draw(painter, views[v], options, scene::Occlusion::on);
+                ASSERT_EQ(off.frame.rgb, on.frame.rgb) << subject.name << ", view " << v;
+                ASSERT_EQ(off.frame.depth, on.frame.depth) << subject.name << ", view " << v;
+                hidden += on.report.counts.occlusion_culled;
+                triangles += on.report.counts.triangles, splats += on.report.counts.splats;
+            }
+        }
+        EXPECT_GT(triangles, 0u) << subject.name;
+        EXPECT_GT(splats, 0u) << subject.name;
+        EXPECT_TRUE(hidden > 0 || !subject.hides) << subject.name;
+    }
+}
+
 TEST(Occlusion, ChangesNoPixelBetweenNearAndFar) {
     const mesh::Mesh mesh = onion({icosphere(6), scaled(icosphere(5), 0.7)});
     const splat::Model model = build_model(mesh);

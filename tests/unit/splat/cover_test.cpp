@@ -23,7 +23,9 @@ constexpr double kInside = 1e-6;  // of a splat's radius
 // all nodes above it (NodeCode.NestsForAnyBitPattern).
 class CoverSearch {
   public:
-    CoverSearch(const Tree& tree, uint32_t levels) : tree_(tree), levels_(levels) {}
+    // off: how far what is covered may be from the point, model units.
+    CoverSearch(const Tree& tree, uint32_t levels, double off = 0)
+        : tree_(tree), levels_(levels), off_(off) {}
 
     // First level whose cut leaves the point bare, or -1.
     int first_bare_level(const glm::dvec3& p) {
@@ -37,9 +39,9 @@ class CoverSearch {
   private:
     void visit(uint32_t i, const glm::dvec3& p) {
         const splat::Node& node = tree_.nodes[i];
-        if (glm::length(p - node.centre) > (1 + double(splat::kSlack)) * double(node.radius) * (1 + 1e-5))
-            return;
-        if (is_inside(node, p, kInside)) {
+        const double reach = (1 + double(splat::kSlack)) * double(node.radius) * (1 + 1e-5);
+        if (glm::length(p - node.centre) > reach + off_) return;
+        if (is_inside(node, p, kInside + off_ / double(node.flatness * node.radius))) {
             const uint32_t last = node.children == 0 ? levels_ : tree_.level[i];
             for (uint32_t l = tree_.level[i]; l <= last; ++l) covered_[l] = true;
         }
@@ -48,6 +50,7 @@ class CoverSearch {
 
     const Tree& tree_;
     uint32_t levels_;
+    double off_;
     std::vector<bool> covered_;
 };
 
@@ -60,10 +63,12 @@ std::array<double, 3> sample_weights(Random& random, int k) {
     return {w[k % 3], w[(k + 1) % 3], w[(k + 2) % 3]};
 }
 
-void expect_covered(const std::string& name, const mesh::Mesh& mesh, int samples) {
-    const splat::Model model = build_model(mesh);
+void expect_covered_by(splat::Leaf leaf, const std::string& name, const mesh::Mesh& mesh, int samples) {
+    const splat::Model model = build_model(mesh, {.leaf = leaf});
     const Tree tree = read_tree(model);
     const splat::Header& h = model.header();
+    // What triangle leaves cover are the triangles as the lattice has them.
+    const double off = h.has_triangles() ? std::ldexp(0.87, -int(h.lattice_bits)) : 0;
     const auto place = [&](uint32_t v) {
         return (mesh.origin - h.origin + glm::dvec3(mesh.positions[v])) / h.scale;
     };
@@ -71,7 +76,7 @@ void expect_covered(const std::string& name, const mesh::Mesh& mesh, int samples
     std::mutex mutex;
     std::string first;
     core::parallel_pieces(mesh.triangles.size(), 1024, [&](size_t begin, size_t end) {
-        CoverSearch search(tree, h.level_count);
+        CoverSearch search(tree, h.level_count, off);
         Random random(begin + 1);
         for (size_t f = begin; f < end; ++f)
             for (int k = 0; k < samples; ++k) {
@@ -91,6 +96,13 @@ void expect_covered(const std::string& name, const mesh::Mesh& mesh, int samples
     EXPECT_GT(total, 0u);
 }
 
+void expect_covered(const std::string& name, const mesh::Mesh& mesh, int samples) {
+    expect_covered_by(splat::Leaf::point, name, mesh, samples);
+}
+void expect_covered_by_triangles(const std::string& name, const mesh::Mesh& mesh, int samples) {
+    expect_covered_by(splat::Leaf::triangle, name, mesh, samples);
+}
+
 // The worst distance of random points on the discs of all nodes, by their error bounds; 1 is on the bound.
 struct Excess {
     double worst = 0;
@@ -98,8 +110,8 @@ struct Excess {
     uint64_t broken = 0;
 };
 
-Excess measure_errors(const mesh::Mesh& mesh, int samples) {
-    const splat::Model model = build_model(mesh);
+Excess measure_errors(splat::Leaf leaf, const mesh::Mesh& mesh, int samples) {
+    const splat::Model model = build_model(mesh, {.leaf = leaf});
     const Tree tree = read_tree(model);
     const splat::Header& h = model.header();
     const mesh::SurfaceDistance surface(mesh);
@@ -133,11 +145,18 @@ Excess measure_errors(const mesh::Mesh& mesh, int samples) {
     return excess;
 }
 
-void expect_bounded(const std::string& name, const mesh::Mesh& mesh, int samples) {
-    const Excess excess = measure_errors(mesh, samples);
+void expect_bounded_by(splat::Leaf leaf, const std::string& name, const mesh::Mesh& mesh, int samples) {
+    const Excess excess = measure_errors(leaf, mesh, samples);
     EXPECT_LE(excess.worst, 1.0) << name << ": node " << excess.node << ", " << excess.broken
                                  << " points beyond the bound";
     EXPECT_GT(excess.worst, 0.3) << name << ": the bound says nothing";
+}
+
+void expect_bounded(const std::string& name, const mesh::Mesh& mesh, int samples) {
+    expect_bounded_by(splat::Leaf::point, name, mesh, samples);
+}
+void expect_bounded_of_triangles(const std::string& name, const mesh::Mesh& mesh, int samples) {
+    expect_bounded_by(splat::Leaf::triangle, name, mesh, samples);
 }
 
 void for_real_mesh(const char* file, void (*check)(const std::string&, const mesh::Mesh&, int), int samples) {
@@ -157,6 +176,13 @@ TEST(Cut, CoversTheBunnyAtEveryLevel) {
 }
 TEST(Cut, CoversTheArmadilloAtEveryLevel) {
     for_real_mesh("armadillo.ply", expect_covered, 8);
+}
+
+TEST(Cut, CoversEveryTriangleAtEveryLevelWithTrianglesAsLeaves) {
+    for (const NamedMesh& m : generated_meshes()) expect_covered_by_triangles(m.name, m.mesh, 24);
+}
+TEST(Cut, CoversTheBunnyWithTrianglesAsLeaves) {
+    for_real_mesh("bunny.ply", expect_covered_by_triangles, 6);
 }
 
 TEST(Cut, CoversEveryPointOfACloud) {
@@ -181,4 +207,11 @@ TEST(ErrorBound, HoldsForEveryNodeOfTheArmadillo) {
 }
 TEST(ErrorBound, HoldsToThePointsOfACloud) {
     expect_bounded("cloud", cloud(5000), 16);
+}
+
+TEST(ErrorBound, HoldsForEveryNodeAboveTriangles) {
+    for (const NamedMesh& m : generated_meshes()) expect_bounded_of_triangles(m.name, m.mesh, 24);
+}
+TEST(ErrorBound, HoldsForEveryNodeAboveTrianglesOfTheBunny) {
+    for_real_mesh("bunny.ply", expect_bounded_of_triangles, 6);
 }

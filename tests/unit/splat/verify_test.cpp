@@ -121,7 +121,8 @@ TEST(Verify, FindsLiesAboutCounts) {
 
 TEST(Verify, FindsFlagsThatCannotBe) {
     const auto with = [](uint32_t flags) { return [flags](Bytes& b) { add_at<uint32_t>(b, 20, flags); }; };
-    EXPECT_EQ(fault_after(with(16)), "header: unknown flags 00000010");
+    EXPECT_EQ(fault_after(with(1u << 20)), "header: unknown flags 00100000");
+    EXPECT_EQ(fault_after(with(splat::kTriangles)), "header: flags 00000010 are not of version 1");
     EXPECT_EQ(fault_after(with(splat::kCloud)), "header: bare points as a closed surface");
     EXPECT_TRUE(
         contains(fault_after(with(splat::kCloud | splat::kOpenSurface)), "header: bare points with "));

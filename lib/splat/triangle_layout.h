@@ -1,0 +1,57 @@
+// Laying triangle leaves out as runs, in blocks of their own.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/file.h"
+#include "splat/format.h"
+#include "splat/triangle_leaves.h"
+
+namespace splat {
+
+// What is written of a model's leaves where they are triangles.
+struct TriangleSource {
+    const TriangleLeaves& leaves;
+    std::span<const TreePoint> points;  // in tree order
+    TriangleCounts& counts;             // smooth ones are counted
+};
+
+class TriangleBlocks {
+  public:
+    // Packs the leaves of each block of nodes, in the order of their slots; leaves_of(block, out) appends
+    // their numbers in tree order.  In parallel.
+    TriangleBlocks(const TriangleSource& source, uint32_t block_size, uint64_t node_blocks,
+                   const std::function<void(uint64_t, std::vector<uint32_t>&)>& leaves_of);
+
+    uint64_t count() const { return count_; }
+    // Where the first run of a node block's leaves is, as its header has it.
+    uint64_t at(uint64_t node_block) const;
+    // Writes the blocks, once, behind those of the nodes.
+    void write(core::OutputFile& out);
+
+  private:
+    // Node blocks next to each other, whose runs begin with a block: so chunks are packed at once.
+    struct Chunk {
+        uint64_t first_block = 0;      // among the triangles' blocks
+        std::vector<std::byte> bytes;  // whole blocks
+        std::vector<uint64_t> at;      // by node block, from the chunk's first byte; kNoLeaves
+        uint64_t smooth = 0;
+    };
+    static constexpr uint64_t kNoLeaves = ~uint64_t(0);
+    static constexpr uint64_t kChunk = 64;  // half a block is lost a chunk: 0.2 % of the corners
+
+    void pack(uint64_t first, uint64_t end, Chunk& chunk,
+              const std::function<void(uint64_t, std::vector<uint32_t>&)>& leaves_of) const;
+
+    const TriangleSource source_;
+    const uint32_t block_size_;
+    const uint64_t node_blocks_;
+    std::vector<Chunk> chunks_;
+    uint64_t count_ = 0;
+};
+
+}  // namespace splat

@@ -1,0 +1,1 @@
+qs-build "$QS_DATA/tiny.ply" --leaf square -o tiny.qs
