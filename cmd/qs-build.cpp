@@ -1,5 +1,7 @@
-// qs-build: turn a mesh or a cloud into a splat model.  The work is mesh::read_mesh() and splat::build().
+// qs-build: turn a mesh or a cloud into a splat model, or compress one.  The work is mesh::read_mesh(), splat::build(),
+// splat::write_compressed() and splat::write_plain().
 #include <bit>
+#include <set>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -7,7 +9,9 @@
 #include "core/stopwatch.h"
 #include "mesh/mesh.h"
 #include "splat/build.h"
+#include "splat/compress.h"
 #include "splat/info.h"
+#include "splat/model.h"
 #include "splat/qsplat_writer.h"
 
 namespace {
@@ -55,7 +59,7 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
     json["bytes_per_vertex"] = double(r.file_bytes) / vertices;
     if (h.has_triangles()) json["bytes_per_triangle"] = double(r.file_bytes) / double(h.leaf_count);
     core::Json channels;
-    for (const splat::ChannelInfo& c : splat::channels_of(h, r.file_bytes)) channels[c.name] = double(c.bytes) / vertices;
+    for (const splat::ChannelInfo& c : r.channels) channels[c.name] = double(c.bytes) / vertices;
     json["channel_bytes_per_vertex"] = channels;
     json["left_out"] = r.left_out;
     json["leaf_inflation_mean"] = r.fit.leaf_inflation / double(std::max<uint64_t>(r.fit.leaves, 1));
@@ -117,6 +121,26 @@ void warn_of_lattice(const std::string& input, const splat::BuildReport& r) {
                               number(r.triangles.flattened)));
 }
 
+// Rewrites a model that is there, compressed or plain.
+core::Json recode(const std::string& input, bool compress, core::OutputFile& out) {
+    const splat::Model model(input);
+    if (!model.is_complete())
+        throw core::Error(core::text("%s: has %llu of %llu blocks, and only a whole model can be rewritten", model.name().c_str(),
+                                     static_cast<unsigned long long>(model.blocks_present()),
+                                     static_cast<unsigned long long>(model.header().block_count)));
+    const splat::PlainModel plain = splat::plain_of(model);
+    const uint64_t bytes = compress ? splat::write_compressed(plain, out).file_bytes : splat::write_plain(plain, out);
+    out.commit();
+    const double vertices = double(std::max<uint64_t>(model.header().vertices_in, 1));
+    core::notice(core::text("%s: %llu bytes (%.2f a vertex), %.1f %% of the input's", out.name().c_str(),
+                            static_cast<unsigned long long>(bytes), double(bytes) / vertices,
+                            100.0 * double(bytes) / double(model.size_bytes())));
+    return {{"input", input}, {"format", "qs"}, {"input_bytes", model.size_bytes()}, {"is_compressed", compress},
+            {"file_bytes", bytes}, {"bytes_per_vertex", double(bytes) / vertices}};
+}
+
+bool is_model_file(const std::string& path) { return path != "-" && splat::is_model(core::InputFile(path).bytes()); }
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -125,9 +149,9 @@ int main(int argc, char** argv) {
     mesh::ReadOptions read_options;
     splat::BuildOptions build_options;
     uint64_t block_size = build_options.block_size;
-    bool no_colour = false;
+    bool no_colour = false, plain = false;
     std::string leaf = "point";
-    program.options.add_option("INPUT", input, "PLY, OBJ, OFF, STL, Draco or QSplat file; - is a PLY on standard input")->required();
+    program.options.add_option("INPUT", input, "PLY, OBJ, OFF, STL, Draco or QSplat file, or a model; - is a PLY on standard input")->required();
     program.options.add_option("-o,--output", output, "Model to write; - is standard output")->required();
     program.options.add_option("--format", format, "qs, or qsplat11 for the original QSplat program")
         ->check(CLI::IsMember({"qs", "qsplat11"}))
@@ -138,6 +162,10 @@ int main(int argc, char** argv) {
     program.add_size("--memory", build_options.memory_limit, "Refuse what would need more memory than this; 0 is no limit");
     program.options.add_flag("--skip-bad", read_options.skip_bad, "Drop vertices that are not finite, and their faces");
     program.options.add_flag("--no-colour", no_colour, "Leave colours out");
+    auto* compress = program.options.add_flag("--compress", build_options.compress, "Code blocks; INPUT may be a model, and is then rewritten");
+    program.options.add_flag("--plain", plain, "Rewrite a model without coding: the same bytes as before --compress")->excludes(compress);
+
+    const std::set<std::string> of_meshes{"--block-size", "--memory", "--skip-bad", "--no-colour", "--format"};
 
     return program.run(argc, argv, [&] {
         if (block_size < splat::kMinBlockSize || block_size > splat::kMaxBlockSize || !std::has_single_bit(block_size))
@@ -153,7 +181,19 @@ int main(int argc, char** argv) {
         build_options.block_size = uint32_t(block_size);
         build_options.keep_colour = !no_colour;
         build_options.leaf = leaf == "triangle" ? splat::Leaf::triangle : splat::Leaf::point;
+        if (is_for_qsplat && build_options.compress) throw core::UsageError("--format qsplat11: has no blocks that --compress could code");
         core::Report report({input}, {output});
+        if (plain || is_model_file(input)) {
+            if (!plain && !build_options.compress)
+                throw core::UsageError(input + ": is a model already; --compress or --plain rewrites it");
+            for (const CLI::Option* option : program.options.get_options([](const CLI::Option* o) { return o->count() > 0; }))
+                if (of_meshes.contains(option->get_name()))
+                    throw core::UsageError(option->get_name() + ": is for a mesh or a cloud, not for a model");
+            core::OutputFile out(output);
+            report.write(recode(input, build_options.compress, out));
+            report.commit();
+            return;
+        }
         core::OutputFile out(output);
         core::Stopwatch watch;
         mesh::ReadResult read = mesh::read_mesh(input, read_options);

@@ -12,9 +12,11 @@
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "splat/cloud.h"
+#include "splat/compress.h"
 #include "splat/encode.h"
 #include "splat/errors.h"
 #include "splat/layout.h"
+#include "splat/model.h"
 #include "splat/tree.h"
 #include "splat/triangle_surface.h"
 
@@ -644,8 +646,22 @@ BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFi
             name.c_str(), static_cast<unsigned long long>((report.memory_needed >> 20) + 1),
             mesh.positions.size(), mesh.triangles.size(),
             static_cast<unsigned long long>(options.memory_limit >> 20)));
-    Builder(std::move(mesh), options, report).run(out);
-    report.file_bytes = kHeaderSize + report.header.block_count * report.header.block_size;
+    if (options.compress) {
+        // Symbols are counted before the first block can be written, so the plain model is kept: less than the faces
+        // that were just released.
+        core::OutputFile plain(core::OutputFile::InMemory{out.name()});
+        Builder(std::move(mesh), options, report).run(plain);
+        core::Stopwatch watch;
+        const Model model(plain.read_back());
+        const CompressedSizes sizes = write_compressed(plain_of(model), out);
+        report.file_bytes = sizes.file_bytes;
+        report.channels = channels_of(report.header, sizes);
+        report.stage_ms.emplace_back("compress", watch.lap_ms());
+    } else {
+        Builder(std::move(mesh), options, report).run(out);
+        report.file_bytes = kHeaderSize + report.header.block_count * report.header.block_size;
+        report.channels = channels_of(report.header, report.file_bytes);
+    }
     return report;
 }
 

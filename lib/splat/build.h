@@ -10,6 +10,7 @@
 #include "mesh/mesh.h"
 #include "splat/encode.h"
 #include "splat/format.h"
+#include "splat/info.h"
 #include "splat/triangle_leaves.h"
 
 namespace splat {
@@ -21,11 +22,13 @@ struct BuildOptions {
     uint32_t block_size = kMinBlockSize;  // power of two, kMinBlockSize..kMaxBlockSize
     uint64_t memory_limit = 0;            // bytes; 0: none.  More needed: refused with the figure
     bool keep_colour = true;
+    bool compress = false;
 };
 
 struct BuildReport {
     Header header;
     uint64_t file_bytes = 0;
+    std::vector<ChannelInfo> channels;
     uint64_t memory_needed = 0;                        // estimate, bytes
     std::map<std::string, uint64_t> vertices_dropped;  // "unreferenced"
     uint64_t zero_area_faces = 0;                      // kept for covering, not for normals

@@ -102,11 +102,23 @@ std::array<std::byte, kHeaderSize> encode_header(const Header& h) {
     return bytes;
 }
 
-bool is_model(std::span<const std::byte> bytes) {
-    return bytes.size() >= sizeof(kMagic) && std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) == 0;
+namespace {
+
+bool begins_with(std::span<const std::byte> bytes, const char (&magic)[8]) {
+    return bytes.size() >= sizeof(magic) && std::memcmp(bytes.data(), magic, sizeof(magic)) == 0;
 }
 
+}  // namespace
+
+bool is_model(std::span<const std::byte> bytes) { return begins_with(bytes, kMagic) || is_coded(bytes); }
+bool is_coded(std::span<const std::byte> bytes) { return begins_with(bytes, kCodedMagic); }
+
 Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
+    if (is_coded(bytes)) {
+        if (bytes.size() < kCodedHeaderSize + kHeaderSize)
+            throw core::Error(core::text("%s: cut off at byte %zu, before the end of its header", name.c_str(), bytes.size()));
+        return parse_header(bytes.subspan(kCodedHeaderSize, kHeaderSize), name);
+    }
     if (!is_model(bytes)) {
         const bool original = bytes.size() >= 6 && std::memcmp(bytes.data(), "QSplat", 6) == 0;
         throw core::Error(name + (original ? ": a model of the original QSplat program; qs-build makes it one of qs-tools"

@@ -23,6 +23,9 @@ namespace splat {
 
 constexpr char kMagic[8] = {'q', 's', '-', 'm', 'o', 'd', 'e', 'l'};
 constexpr uint32_t kVersion = 2;  // the newest; files without triangles are of version 1
+constexpr char kCodedMagic[8] = {'q', 's', '-', 'c', 'o', 'd', 'e', 'd'};  // compressed: coded_file.h
+constexpr uint32_t kCodedVersion = 1;
+constexpr size_t kCodedHeaderSize = 24;  // then the header of the plain file
 constexpr size_t kHeaderSize = 256;
 constexpr int kMaxLatticeBits = 30;
 constexpr uint32_t kMinBlockSize = 1024, kMaxBlockSize = 65536;
@@ -84,10 +87,12 @@ struct TriangleBlockHeader {
     uint32_t used;      // bytes of the block that are in use
 };
 
-// Serialised form, 256 bytes with its checksum.  parse throws core::Error "<name>: ...".
+// Serialised form, 256 bytes with its checksum.  parse throws core::Error "<name>: ..."; of a compressed model it takes
+// the header of the plain one.
 std::array<std::byte, kHeaderSize> encode_header(const Header& header);
 Header parse_header(std::span<const std::byte> bytes, const std::string& name);
-bool is_model(std::span<const std::byte> bytes);  // by the magic alone
+bool is_model(std::span<const std::byte> bytes);  // by the magic alone, plain or compressed
+bool is_coded(std::span<const std::byte> bytes);  // compressed, likewise
 
 // Byte offsets of the channels in a block.
 struct BlockLayout {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "core/error.h"
 #include "splat/triangle_reader.h"
@@ -106,39 +107,68 @@ TriangleInfo read_triangles(const Model& model) {
 
 }  // namespace
 
+std::vector<ChannelInfo> channels_of(const Header& h, const CompressedSizes& sizes) {
+    const auto bytes = [&](std::string_view channel) {
+        double bits = 0;
+        for (size_t f = 0; f < kSymbolFields.size(); ++f)
+            if (channel == kSymbolFields[f].channel) bits += sizes.field_bits[f];
+        return uint64_t(std::ceil(bits / 8));
+    };
+    std::vector<ChannelInfo> channels;
+    for (const char* channel : {"structure_and_cone", "normal", "sphere", "flatness_and_error"})
+        channels.push_back({channel, bytes(channel)});
+    if (h.has_colour()) channels.push_back({"colour", bytes("colour")});
+    if (sizes.blocks_as_they_are > 0) channels.push_back({"blocks_as_they_are", sizes.blocks_as_they_are * sizes.block_size});
+    channels.push_back({"tables", sizes.table_bytes});
+    channels.push_back({"index", sizes.index_bytes});
+    uint64_t used = 0;
+    for (const ChannelInfo& c : channels) used += c.bytes;
+    channels.push_back({"headers", sizes.file_bytes - std::min(used, sizes.file_bytes)});
+    return channels;
+}
+
 Info read_info(const Model& model) {
     const Header& h = model.header();
     Info info;
     info.name = model.name();
     info.header = h;
-    info.file_bytes = kHeaderSize + h.block_count * h.block_size;
+    info.plain_bytes = kHeaderSize + h.block_count * h.block_size;
+    info.is_compressed = model.coded() != nullptr;
+    info.file_bytes = info.is_compressed ? model.coded()->file_size() : info.plain_bytes;
     info.bytes_present = model.size_bytes();
     info.blocks_present = model.blocks_present();
     info.levels_complete = h.level_count;
-    info.channels = channels_of(h, info.file_bytes);
+    if (!info.is_compressed)
+        info.channels = channels_of(h, info.file_bytes);
+    else if (model.is_complete())
+        info.channels = channels_of(h, sizes_of(*model.coded()));
     info.left_out = left_out_of(h);
     if (h.has_triangles()) info.triangles = read_triangles(model);
-    const auto add = [&](LevelInfo& level, const Node& node, uint64_t prefix_bytes) {
+    const auto add = [&](LevelInfo& level, const Node& node) {
         ++level.nodes;
         level.leaves += node.children == 0;
         const double radius = double(node.radius) * h.scale, error = double(node.error) * h.scale;
         level.radius_mean += radius, level.radius_max = std::max(level.radius_max, radius);
         level.error_mean += error, level.error_max = std::max(level.error_max, error);
-        level.prefix_bytes = prefix_bytes;
     };
     // The root is in the header, but without a block behind it a header is no model.
-    add(info.levels.emplace_back(), model.root(), kHeaderSize + h.block_size);
+    add(info.levels.emplace_back(), model.root());
+    std::vector<uint64_t> last_blocks{0};  // with nodes of a level
     info.opened = 1;
     walk(model, kMaxLevels, [&](const WalkedNode& n) {
-        if (n.level >= info.levels.size()) info.levels.emplace_back();
-        add(info.levels[n.level], n.node, kHeaderSize + (n.at.block + 1) * h.block_size);
+        if (n.level >= info.levels.size()) info.levels.emplace_back(), last_blocks.emplace_back();
+        add(info.levels[n.level], n.node);
+        last_blocks[n.level] = n.at.block;
         if (n.lacks_children) info.levels_complete = std::min(info.levels_complete, n.level);
         info.opened += n.node.children > 0 && !n.lacks_children;
         info.leaves_present += n.node.children == 0;
         info.inserted += n.node.children == 1;
         ++info.nodes_present;
     });
-    for (LevelInfo& level : info.levels) finish_means(level);
+    for (size_t l = 0; l < info.levels.size(); ++l) {
+        finish_means(info.levels[l]);
+        info.levels[l].prefix_bytes = model.prefix_bytes(last_blocks[l]);
+    }
     return info;
 }
 
@@ -168,6 +198,9 @@ std::string to_text(const Info& info) {
     line("origin", core::text("%.17g %.17g %.17g", h.origin.x, h.origin.y, h.origin.z));
     line("scale", core::text("%.9g (radius of the root)", h.scale));
     line("blocks", core::text("%llu of %u bytes", number(h.block_count), h.block_size));
+    if (info.is_compressed)
+        line("compressed", core::text("yes, %.1f %% of %llu bytes", 100.0 * double(info.file_bytes) / double(info.plain_bytes),
+                                      number(info.plain_bytes)));
     line("file", size_text(info.file_bytes) +
                      core::text(" (%llu bytes), %.3f bytes a vertex", number(info.file_bytes),
                                 per_vertex(info, info.file_bytes)) +
@@ -218,6 +251,8 @@ nlohmann::ordered_json to_json(const Info& info) {
     json["blocks"] = h.block_count;
     json["block_bytes"] = h.block_size;
     json["file_bytes"] = info.file_bytes;
+    json["is_compressed"] = info.is_compressed;
+    json["plain_bytes"] = info.plain_bytes;
     json["bytes_per_vertex"] = per_vertex(info, info.file_bytes);
     json["is_complete"] = info.is_complete();
     json["bytes_present"] = info.bytes_present;

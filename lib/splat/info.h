@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "splat/compress.h"
 #include "splat/model.h"
 
 namespace splat {
@@ -25,6 +26,7 @@ struct ChannelInfo {
 
 // What each channel takes, and the blocks' headers and unused ends ("triangles": their blocks, as a whole).
 std::vector<ChannelInfo> channels_of(const Header& h, uint64_t file_bytes);
+std::vector<ChannelInfo> channels_of(const Header& h, const CompressedSizes& sizes);
 
 // Of leaves that are triangles, as far as their blocks are there.
 struct TriangleInfo {
@@ -36,7 +38,9 @@ struct TriangleInfo {
 struct Info {
     std::string name;
     Header header;
-    uint64_t file_bytes = 0;  // of the whole file
+    uint64_t file_bytes = 0;   // of the whole file
+    uint64_t plain_bytes = 0;  // likewise, without compression
+    bool is_compressed = false;
     uint64_t bytes_present = 0;
     uint64_t blocks_present = 0;
     uint64_t nodes_present = 0, leaves_present = 0;

@@ -1,5 +1,6 @@
 #include "splat/model.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "core/error.h"
@@ -8,17 +9,51 @@ namespace splat {
 
 Model::Model(const std::string& path) : Model(core::InputFile(path)) {}
 
+namespace {
+
+uint64_t whole_plain_blocks(const core::InputFile& file, const Header& header) {
+    const uint64_t whole = (file.bytes().size() - kHeaderSize) / header.block_size;
+    if (whole > header.block_count || file.bytes().size() > kHeaderSize + header.block_count * header.block_size)
+        throw core::Error(core::text("%s: %zu bytes, its header says %llu", file.name().c_str(), file.bytes().size(),
+                                     static_cast<unsigned long long>(kHeaderSize + header.block_count * header.block_size)));
+    return whole;
+}
+
+}  // namespace
+
 Model::Model(core::InputFile file)
     : file_(std::move(file)), header_(parse_header(file_.bytes(), file_.name())), layout_(header_) {
-    const uint64_t whole = (file_.bytes().size() - kHeaderSize) / header_.block_size;
-    if (whole > header_.block_count || file_.bytes().size() > kHeaderSize + header_.block_count * header_.block_size)
-        throw core::Error(core::text("%s: %zu bytes, its header says %llu", file_.name().c_str(), file_.bytes().size(),
-                                     static_cast<unsigned long long>(kHeaderSize + header_.block_count * header_.block_size)));
-    if (whole == 0)
+    if (is_coded(file_.bytes())) {
+        coded_ = std::make_unique<CodedFile>(file_.bytes(), file_.name());
+        blocks_present_ = coded_->count_present();
+        own_ = core::AddressSpace(blocks_present_ * header_.block_size, file_.name());
+        blocks_ = own_.bytes().data();
+    } else {
+        blocks_present_ = whole_plain_blocks(file_, header_);
+        blocks_ = file_.bytes().data() + kHeaderSize;
+    }
+    if (blocks_present_ == 0)
         throw core::Error(core::text("%s: cut off at byte %zu, before the end of the first block", file_.name().c_str(),
                                      file_.bytes().size()));
-    blocks_present_ = whole;
-    checked_ = std::make_unique<std::atomic<uint8_t>[]>(whole);
+    checked_ = std::make_unique<std::atomic<uint8_t>[]>(blocks_present_);
+}
+
+std::array<std::byte, kHeaderSize> Model::header_bytes() const {
+    std::array<std::byte, kHeaderSize> bytes;
+    const auto from = coded_ ? coded_->plain_header() : file_.bytes().first(kHeaderSize);
+    std::copy(from.begin(), from.end(), bytes.begin());
+    return bytes;
+}
+
+uint64_t Model::prefix_bytes(uint64_t block) const {
+    if (!coded_) return kHeaderSize + (block + 1) * header_.block_size;
+    const CodedPlace place = coded_->place_of(block);
+    return place.offset + place.size;
+}
+
+uint64_t Model::offset_of(uint64_t number) const {
+    if (!coded_) return kHeaderSize + number * header_.block_size;
+    return number < blocks_present_ ? coded_->place_of(number).offset : size_bytes();
 }
 
 Node Model::root() const {
@@ -34,20 +69,23 @@ Node Model::root() const {
 
 void Model::fault(uint64_t number, const std::string& what) const {
     throw core::Error(core::text("%s: block %llu at byte %llu: %s", name().c_str(), static_cast<unsigned long long>(number),
-                                 static_cast<unsigned long long>(kHeaderSize + number * header_.block_size), what.c_str()));
+                                 static_cast<unsigned long long>(offset_of(number)), what.c_str()));
 }
 
 std::span<const std::byte> Model::block(uint64_t number) const {
-    if (!has_block(number)) fault(number, number < blocks_present_ ? "is no block of nodes" : "is not there");
-    if (checked_[number].load(std::memory_order_acquire) == 0) check_block(number);
-    return file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
+    if (number >= header_.node_blocks()) fault(number, "is no block of nodes");
+    return any_block(number);
+}
+
+std::span<const std::byte> Model::any_block(uint64_t number) const {
+    if (number >= blocks_present_) fault(number, "is not there");
+    if (checked_[number].load(std::memory_order_acquire) == 0) take_block(number);
+    return {blocks_ + number * header_.block_size, header_.block_size};
 }
 
 std::span<const std::byte> Model::triangle_block(uint64_t number) const {
-    if (number < header_.node_blocks() || number >= blocks_present_)
-        fault(number, number < blocks_present_ ? "is no block of triangles" : "is not there");
-    if (checked_[number].load(std::memory_order_acquire) == 0) check_block(number);
-    const auto bytes = file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
+    if (number < header_.node_blocks()) fault(number, "is no block of triangles");
+    const auto bytes = any_block(number);
     TriangleBlockHeader head;
     std::memcpy(&head, bytes.data(), sizeof(head));
     return bytes.first(head.used);
@@ -55,7 +93,7 @@ std::span<const std::byte> Model::triangle_block(uint64_t number) const {
 
 void Model::prefetch(const GroupAt& group) const {
     if (!has_block(group.block)) return;
-    const std::byte* block = file_.bytes().data() + kHeaderSize + group.block * header_.block_size;
+    const std::byte* block = blocks_ + group.block * header_.block_size;
     __builtin_prefetch(block);
     __builtin_prefetch(block + layout_.attitude + 2 * group.slot);
     __builtin_prefetch(block + layout_.place + 2 * group.slot);
@@ -63,8 +101,16 @@ void Model::prefetch(const GroupAt& group) const {
     if (header_.has_colour()) __builtin_prefetch(block + layout_.colour + 2 * group.slot);
 }
 
+void Model::take_block(uint64_t number) const {
+    if (!coded_) return check_block(number);
+    const std::lock_guard lock(taking_[number % taking_.size()]);
+    if (checked_[number].load(std::memory_order_acquire) != 0) return;
+    coded_->read(number, own_block(number));
+    check_block(number);
+}
+
 void Model::check_block(uint64_t number) const {
-    const auto bytes = file_.bytes().subspan(kHeaderSize + number * header_.block_size, header_.block_size);
+    const std::span bytes(blocks_ + number * header_.block_size, header_.block_size);
     uint32_t stored;
     std::memcpy(&stored, bytes.data(), sizeof(stored));
     const uint32_t found = block_checksum(bytes, number);

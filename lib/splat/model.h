@@ -1,18 +1,22 @@
 // A splat model that is being read: a mapped file, or a prefix of one.
 //
 // Blocks are checked when they are first used (checksum, counts, pointers), once, by whichever
-// thread comes first; after that nodes are decoded straight from the mapped bytes.
+// thread comes first; after that nodes are decoded straight from the mapped bytes.  Those of a compressed file are
+// then first brought into their plain form, into memory of the model's own: it takes what is used of it.
 #pragma once
 
 #include <algorithm>
 #include <atomic>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/address_space.h"
 #include "core/file.h"
+#include "splat/coded_file.h"
 #include "splat/format.h"
 #include "splat/node.h"
 
@@ -28,17 +32,23 @@ struct GroupAt {
 class Model {
   public:
     // `path` "-" is standard input.  A file that is cut off is a coarser model.
-    // Throws core::Error: not a model, header damaged, not one whole block.
+    // Throws core::Error: not a model, header damaged, not one whole block; of a compressed one also: no address space
+    // for it.
     explicit Model(const std::string& path);
     Model(core::InputFile file);
 
     const Header& header() const { return header_; }
+    std::array<std::byte, kHeaderSize> header_bytes() const;  // as they stand in the plain file
     const BlockLayout& layout() const { return layout_; }
     const std::string& name() const { return file_.name(); }
     uint64_t blocks_present() const { return blocks_present_; }
     uint64_t node_blocks_present() const { return std::min(blocks_present_, header_.node_blocks()); }
     bool is_complete() const { return blocks_present_ == header_.block_count; }
     size_t size_bytes() const { return file_.bytes().size(); }
+    const CodedFile* coded() const { return coded_.get(); }  // null where the file is plain
+
+    // Bytes from the beginning of the file to the end of a block that is present.
+    uint64_t prefix_bytes(uint64_t block) const;
 
     Node root() const;
 
@@ -51,6 +61,9 @@ class Model {
     // The bytes in use of a block of triangles that is present, its header among them, checked likewise.
     std::span<const std::byte> triangle_block(uint64_t number) const;
 
+    // The same of a block of either kind, all of it.
+    std::span<const std::byte> any_block(uint64_t number) const;
+
     // Asks for the memory of a group that will be read soon; nothing where it is not there.
     void prefetch(const GroupAt& group) const;
 
@@ -61,13 +74,22 @@ class Model {
     [[noreturn]] void fault(uint64_t number, const std::string& what) const;
 
   private:
+    uint64_t offset_of(uint64_t number) const;
     void check_block(uint64_t number) const;
     void check_nodes(uint64_t number, std::span<const std::byte> bytes) const;
     void check_triangles(uint64_t number, std::span<const std::byte> bytes) const;
+    void take_block(uint64_t number) const;
+    std::span<std::byte> own_block(uint64_t number) const {
+        return own_.bytes().subspan(number * header_.block_size, header_.block_size);
+    }
 
     core::InputFile file_;
     Header header_;
     BlockLayout layout_;
+    std::unique_ptr<CodedFile> coded_;
+    core::AddressSpace own_;              // plain blocks of a compressed file
+    const std::byte* blocks_ = nullptr;   // plain blocks
+    mutable std::array<std::mutex, 16> taking_;  // by block number: two threads do not fill one block
     uint64_t blocks_present_ = 0;
     std::unique_ptr<std::atomic<uint8_t>[]> checked_;
     mutable std::atomic<uint64_t> blocks_used_{0};

@@ -33,7 +33,8 @@ void check_header(const core::InputFile& file) {
     if (!h.has_triangles() && h.leaf_count > h.vertices_in)
         refuse(core::text("%llu leaves of %llu vertices", number(h.leaf_count), number(h.vertices_in)));
     const auto canonical = encode_header(h);
-    const auto differs = std::mismatch(canonical.begin(), canonical.end(), file.bytes().begin()).first;
+    const auto plain = is_coded(file.bytes()) ? file.bytes().subspan(kCodedHeaderSize) : file.bytes();
+    const auto differs = std::mismatch(canonical.begin(), canonical.end(), plain.begin()).first;
     if (differs != canonical.end())
         refuse(core::text("byte %d is reserved and not 0", int(differs - canonical.begin())));
 }

@@ -17,6 +17,7 @@ struct VerifyCounts {
 // - header: checksum, ranges, no unknown flag, no flags that exclude each other, nothing in its reserved
 // bytes;
 // - the file has exactly the bytes that the header says;
+// - of a compressed model: container, tables, every page of the index, and that every block decodes;
 // - every block: checksum, counts, zeros in what it does not use, its pointer to its first child group;
 // - every sibling group is reached exactly once, and stands where breadth-first order puts it;
 // - every node: codes in the range that builders use, a radius above 0, a culling sphere inside its

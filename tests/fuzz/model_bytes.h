@@ -29,11 +29,28 @@ inline core::InputFile memory_file(const Bytes& bytes) {
     return file;
 }
 
+inline void repair_header(std::span<std::byte> bytes) {
+    const uint64_t sum = XXH3_64bits(bytes.data(), splat::kHeaderSize - 8);
+    std::memcpy(bytes.data() + splat::kHeaderSize - 8, &sum, 8);
+}
+
+// Of the two headers and the tables; pages and blocks have theirs still.
+inline void repair_coded(Bytes& bytes) {
+    if (bytes.size() < splat::kCodedHeaderSize + splat::kHeaderSize) return;
+    repair_header(std::span(bytes).subspan(splat::kCodedHeaderSize, splat::kHeaderSize));
+    uint32_t tables;
+    std::memcpy(&tables, bytes.data() + 12, 4);
+    const uint64_t at = splat::kCodedHeaderSize + splat::kHeaderSize + uint64_t(tables);
+    if (at + 8 > bytes.size()) return;
+    const uint64_t sum = XXH3_64bits(bytes.data(), at);
+    std::memcpy(bytes.data() + at, &sum, 8);
+}
+
 // Sets the checksums of the header and of whole blocks right, so that other checks are reached.
 inline void repair_checksums(Bytes& bytes) {
+    if (splat::is_coded(bytes)) return repair_coded(bytes);
     if (bytes.size() < splat::kHeaderSize) return;
-    const uint64_t header_sum = XXH3_64bits(bytes.data(), splat::kHeaderSize - 8);
-    std::memcpy(bytes.data() + splat::kHeaderSize - 8, &header_sum, 8);
+    repair_header(bytes);
     uint32_t block_size;
     std::memcpy(&block_size, bytes.data() + 16, 4);
     if (block_size < splat::kMinBlockSize || block_size > splat::kMaxBlockSize) return;

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "splat/node.h"
+#include "splat/symbol_tables.h"
 #include "splat/triangle_reader.h"
 #include "test_meshes.h"
 
@@ -365,6 +366,17 @@ TEST(QsPage, HasTheErrorOfCornerNormals) {
     }
     expect_table("corner-normals", core::text("Measured: it is at most %s degrees off, %s in the mean.\n",
                                               bound(degrees(worst)).c_str(), bound(degrees(sum)).c_str()));
+}
+
+TEST(QsPage, HasTheSymbolsOfCompressedBlocks) {
+    const char* const kinds[] = {"group|", "shape|", "attitude|", "radius|", "normal|", "along|", "green|", "red|", "blue|", "bit|"};
+    const char* const lanes[] = {"|2", "|0", "|1", "|2", "|3 (x), 4 (y)", "|5", "|2", "|3", "|4", "|2"};
+    std::string rows = "kind|contexts|symbols|L|lane\n";
+    for (size_t k = 0; k < splat::kSymbolKinds; ++k) {
+        const splat::SymbolField& f = splat::kSymbolFields[k];
+        rows += kinds[k] + core::text("%u|%u|%u", f.contexts, f.symbols, f.bits) + lanes[k] + "\n";
+    }
+    expect_table("symbols", rows);
 }
 
 TEST(QsPage, DumpIsTheFile) {

@@ -1,0 +1,2 @@
+head -c 3000 "$QS_DATA/bumpy.qs" > part.qs
+qs-build part.qs --compress -o out.qs

@@ -1,0 +1,2 @@
+cp "$QS_DATA/tiny.ply" .
+qs-build tiny.ply --plain -o out.qs
