@@ -199,6 +199,17 @@ std::optional<double> parse_duration_ms(std::string_view input) {
     return parse_double(input);
 }
 
+// "384k", "8M", "1.5G" or "9600", in bits a second; powers of 1000, as rates of links are told.
+std::optional<double> parse_rate(std::string_view input) {
+    constexpr std::pair<char, double> units[] = {{'k', 1e3}, {'K', 1e3}, {'M', 1e6}, {'G', 1e9}};
+    for (const auto& [suffix, factor] : units) {
+        if (!input.ends_with(suffix)) continue;
+        const std::optional<double> number = parse_double(input.substr(0, input.size() - 1));
+        return number ? std::optional(*number * factor) : std::nullopt;
+    }
+    return parse_double(input);
+}
+
 std::string shown_size(uint64_t bytes) {
     std::string suffix;
     for (const char letter : kSizeSuffixes) {
@@ -394,6 +405,35 @@ CLI::Option* add_size(CLI::App& app, const std::string& names, uint64_t& value, 
         ->default_str(shown_size(value));
 }
 
+CLI::Option* add_duration(CLI::App& app, const std::string& names, double& value_ms, double low_ms,
+                          double high_ms, const std::string& help) {
+    const std::string name = shown_name(names);
+    const auto take = [=, &value_ms](const std::string& input) {
+        const std::optional<double> ms = parse_duration_ms(input);
+        if (!ms)
+            throw UsageError(name + ": '" + input +
+                             "' is not a time; give milliseconds, as in 33, 33ms or 0.033s");
+        if (!(*ms >= low_ms && *ms <= high_ms))
+            throw UsageError(name + ": " + input + " is out of range; it must be " +
+                             range_sentence(shortest(low_ms), shortest(high_ms), "ms"));
+        value_ms = *ms;
+    };
+    return app.add_option_function<std::string>(names, take, help)
+        ->type_name("TIME")
+        ->default_str(std::isfinite(value_ms) ? shortest(value_ms) + "ms" : "");
+}
+
+CLI::Option* add_rate(CLI::App& app, const std::string& names, double& bits_per_s, const std::string& help) {
+    const std::string name = shown_name(names);
+    const auto take = [=, &bits_per_s](const std::string& input) {
+        const std::optional<double> rate = parse_rate(input);
+        if (!rate || !(*rate > 0))
+            throw UsageError(name + ": '" + input + "' is not a rate; give bits a second, as in 384k, 8M or 1G");
+        bits_per_s = *rate;
+    };
+    return app.add_option_function<std::string>(names, take, help)->type_name("RATE");
+}
+
 CLI::Option* add_numbers(CLI::App& app, const std::string& names, std::span<double> values,
                          const std::string& form, const std::string& help) {
     const std::string name = shown_name(names);
@@ -438,20 +478,7 @@ CLI::Option* Program::add_size(const std::string& names, uint64_t& value, const 
 
 CLI::Option* Program::add_duration(const std::string& names, double& value_ms, double low_ms, double high_ms,
                                    const std::string& help) {
-    const std::string name = shown_name(names);
-    const auto take = [=, &value_ms](const std::string& input) {
-        const std::optional<double> ms = parse_duration_ms(input);
-        if (!ms)
-            throw UsageError(name + ": '" + input +
-                             "' is not a time; give milliseconds, as in 33, 33ms or 0.033s");
-        if (!(*ms >= low_ms && *ms <= high_ms))
-            throw UsageError(name + ": " + input + " is out of range; it must be " +
-                             range_sentence(shortest(low_ms), shortest(high_ms), "ms"));
-        value_ms = *ms;
-    };
-    return options.add_option_function<std::string>(names, take, help)
-        ->type_name("TIME")
-        ->default_str(std::isfinite(value_ms) ? shortest(value_ms) + "ms" : "");
+    return core::add_duration(options, names, value_ms, low_ms, high_ms, help);
 }
 
 CLI::Option* Program::add_numbers(const std::string& names, std::span<double> values, const std::string& form,
