@@ -169,6 +169,7 @@ void Entry::put(uint32_t first, std::span<const std::byte> bytes) {
         present_count_ += state(block) != BlockState::present;
         states_.set(block, BlockState::present);
     }
+    note_allocated();
 }
 
 // What has just come is used soon: it must not be the first to go.  Not through a map, which a client could
@@ -212,6 +213,7 @@ void Entry::open_parts(int folder, const std::string& name) {
         header->block_bytes != block_bytes_ || header->file_bytes != facts_.bytes)
         throw core::Error(name + ": the map is of another file");
     check_blocks();
+    note_allocated();
 }
 
 // What was under way when the last process ended is nobody's any more; what is marked present is proved where
@@ -235,9 +237,9 @@ void Entry::check_blocks() {
     std::memcpy(header->boot_id, boot.c_str(), boot.size() + 1);
 }
 
-uint64_t Entry::allocated_bytes() const {
-    return allocated_by(data_.get()) + allocated_by(sums_.get()) + allocated_by(map_file_.get()) +
-           allocated_by(use_.get());
+void Entry::note_allocated() {
+    allocated_ = allocated_by(data_.get()) + allocated_by(sums_.get()) + allocated_by(map_file_.get()) +
+                 allocated_by(use_.get());
 }
 
 // ---- Store ----
@@ -321,8 +323,8 @@ std::shared_ptr<Entry> Store::find(const std::string& url) {
 
 std::shared_ptr<Entry> Store::create(const FileFacts& facts) {
     if (facts.bytes == 0 || facts.bytes > kMostFileBytes)
-        throw core::Error(core::text("%s: a file of %llu bytes cannot be cached; 1 byte to 1024 GiB can",
-                                     facts.url.c_str(), static_cast<unsigned long long>(facts.bytes)));
+        throw core::Error(core::text("a file of %llu bytes cannot be cached; 1 byte to 1024 GiB can",
+                                     static_cast<unsigned long long>(facts.bytes)));
     const std::string id = id_of(facts.url);
     forget(id);
     const std::string name = path_ + "/" + kUnfinished;
@@ -358,7 +360,6 @@ std::shared_ptr<Entry> Store::create(const FileFacts& facts) {
     Known& known = entries_[id];
     known.open = entry;
     known.is_closed = false;
-    room_ = 0;
     return entry;
 }
 
@@ -368,7 +369,6 @@ void Store::remove(const std::string& url) {
 
 void Store::forget(const std::string& id) {
     if (entries_.erase(id) == 0) return;
-    room_ = 0;
     // In one step, so that a kill leaves a whole entry or none.
     ::renameat(folder_.get(), id.c_str(), folder_.get(), kLeaving);
     remove_entry_folder(folder_.get(), kLeaving);
@@ -379,29 +379,21 @@ uint64_t Store::held_bytes() {
     uint64_t held = 0;
     for (const auto& [id, known] : entries_) {
         const std::shared_ptr<Entry> open = known.open.lock();
-        held += open ? open->allocated_bytes() : known.allocated;
+        held += open ? open->allocated_ : known.allocated;
     }
     return held;
 }
 
 bool Store::make_room(uint64_t bytes) {
-    if (bytes <= room_) {
-        room_ -= bytes;
-        return true;
-    }
+    if (bytes > limit_bytes_) return false;
+    if (held_bytes() + bytes <= limit_bytes_) return true;
     // More than is asked for, so that the search is rare.
     const uint64_t spare = std::min<uint64_t>(limit_bytes_ / 16, 64 << 20);
-    if (bytes > limit_bytes_) return false;
-    if (held_bytes() + bytes > limit_bytes_) shrink_to(limit_bytes_ - std::min(limit_bytes_, bytes + spare));
-    const uint64_t held = held_bytes();
-    if (held + bytes > limit_bytes_) return false;
-    // Data comes in pages of the disk, sums beside it: what is put may take up to twice as much as it is.
-    room_ = std::min(limit_bytes_ - held - bytes, spare) / 2;
-    return true;
+    shrink_to(limit_bytes_ - std::min(limit_bytes_, bytes + spare));
+    return held_bytes() + bytes <= limit_bytes_;
 }
 
 void Store::shrink_to(uint64_t bytes) {
-    room_ = 0;
     evict_closed(bytes);
     if (held_bytes() > bytes) evict_chunks(bytes);
 }
@@ -440,9 +432,9 @@ void Store::evict_chunks(uint64_t bytes) {
     uint64_t held = held_bytes();
     for (const Chunk& chunk : chunks) {
         if (held <= bytes) return;
-        const uint64_t before = allocated_by(chunk.entry->data_.get());
+        const uint64_t before = chunk.entry->allocated_;
         if (!evict(chunk)) continue;
-        const uint64_t freed = before - std::min(before, allocated_by(chunk.entry->data_.get()));
+        const uint64_t freed = before - std::min(before, chunk.entry->allocated_);
         evicted_bytes_ += freed;
         held -= std::min(held, freed);
     }
@@ -470,6 +462,7 @@ bool Store::evict(const Chunk& chunk) {
     entry.present_count_ -= present.size();
     ::fallocate(entry.data_.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
                 off_t(chunk.index) * kChunkBytes, kChunkBytes);
+    entry.note_allocated();
     return true;
 }
 

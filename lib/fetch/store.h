@@ -83,7 +83,7 @@ class Entry {
     void open_parts(int folder, const std::string& name);
     void check_blocks();
     void note_use(uint32_t first, uint32_t last);
-    uint64_t allocated_bytes() const;
+    void note_allocated();
 
     FileFacts facts_;
     std::string name_;  // for messages
@@ -92,6 +92,7 @@ class Entry {
     FileMap map_;
     BlockStates states_;
     uint64_t present_count_ = 0;
+    uint64_t allocated_ = 0;  // bytes on disk
     uint32_t noted_chunk_ = 0, noted_use_ = 0;
 };
 
@@ -117,7 +118,7 @@ class Store {
     // Gives back disk space until at most `bytes` are held, as far as nobody reads them.
     void shrink_to(uint64_t bytes);
 
-    uint64_t held_bytes();  // as allocated on disk
+    uint64_t held_bytes();  // as allocated on disk by the entries that find() finds
     uint64_t evicted_bytes() const { return evicted_bytes_; }
     uint64_t limit_bytes() const { return limit_bytes_; }
     size_t entry_count() const { return entries_.size(); }

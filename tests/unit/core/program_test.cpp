@@ -79,6 +79,27 @@ TEST_F(Program, TimesAreMillisecondsUnlessTheySayOtherwise) {
         EXPECT_EQ(run({"in", "--budget", given}, budget).err.find("qs-sample: --budget: "), 0u) << given;
 }
 
+TEST_F(Program, RatesAreBitsASecondInPowersOf1000) {
+    const auto rate_of = [](const std::string& given) {
+        return run_in_child([&] {
+            core::Program program("qs-sample", "Try rates.", "1.2.3");
+            double rate = 0;
+            core::add_rate(program.options, "--limit-rate", rate, "How fast");
+            std::string argument = "--limit-rate=" + given;
+            char* argv[] = {const_cast<char*>("qs-sample"), argument.data(), nullptr};
+            return program.run(2, argv, [&] { core::print(core::text("%.17g", rate)); });
+        });
+    };
+    const std::pair<std::string, std::string> cases[] = {
+        {"9600", "9600"}, {"384k", "384000"}, {"8M", "8000000"}, {"1.5G", "1500000000"}, {"8K", "8000"}};
+    for (const auto& [given, taken] : cases) EXPECT_EQ(rate_of(given).out, taken) << given;
+    for (const std::string given : {"0", "-1k", "fast", "8MB", "k", "nan", "1e400"})
+        EXPECT_EQ(rate_of(given).exit_status, 2) << given;
+    EXPECT_EQ(rate_of("8MB").err,
+              "qs-sample: --limit-rate: '8MB' is not a rate; give bits a second, as in 384k, 8M or 1G\n"
+              "try 'qs-sample --help'\n");
+}
+
 TEST_F(Program, NumbersAreTakenAsWritten) {
     const std::pair<std::vector<std::string>, std::string> cases[] = {
         {{}, "|1|240|67108864|nan,0,0"},

@@ -11,8 +11,8 @@ namespace fetch_test {
 
 class Folder {
   public:
-    Folder() {
-        std::string name = (std::filesystem::temp_directory_path() / "qs-fetch-XXXXXX").string();
+    explicit Folder(const std::filesystem::path& above = std::filesystem::temp_directory_path()) {
+        std::string name = (above / "qs-fetch-XXXXXX").string();
         if (!::mkdtemp(name.data())) std::abort();
         path = name;
     }

@@ -1,0 +1,93 @@
+#include "fetch/link_estimate.h"
+
+#include <algorithm>
+
+namespace fetch {
+
+namespace {
+
+constexpr double kProducts = 1.5, kProductsAtStart = 2.5;
+constexpr double kGain = 1.25;  // in one window; a link whose rate grows less, three times, is full
+constexpr int kWindowsAtStart = 3;
+constexpr double kRateMemory = 1.0, kRoundTripMemory = 10.0;  // seconds
+constexpr double kShortestWindow = 0.002;                     // below that, a rate is noise
+constexpr uint64_t kFloor = 3 * 1024;    // fewer do not fill a slow link, for their headers
+constexpr uint64_t kJoined = 16 * 1024;  // the order is kept up to here
+constexpr double kMostSecondsARequest = 0.05;
+// On a fast link requests cost more than order: 10 ms of it are a delay that nobody sees.
+constexpr double kFewSecondsARequest = 0.01;
+constexpr uint64_t kMostRequest = 1 << 20;
+constexpr double kFast = 50e6 / 8;
+// What wakes up a process and a server takes a fraction of a millisecond, on a link of any speed.
+constexpr double kShortestProduct = 0.002;
+
+}  // namespace
+
+void LinkEstimate::request_sent(double now, uint64_t bytes) {
+    if (in_flight_ == 0) busy_since_ = now;
+    in_flight_ += bytes;
+}
+
+void LinkEstimate::land(double now, uint64_t bytes) {
+    if (in_flight_ == 0) return;
+    in_flight_ -= std::min(in_flight_, bytes);
+    if (in_flight_ == 0) busy_before_ += now - busy_since_;
+}
+
+double LinkEstimate::busy_s(double now) const {
+    return busy_before_ + (in_flight_ > 0 ? now - busy_since_ : 0);
+}
+
+void LinkEstimate::answer_began(double now, double after_s) {
+    while (!round_trips_.empty() && round_trips_.back().value >= after_s) round_trips_.pop_back();
+    round_trips_.push_back({now, after_s});
+    while (round_trips_.front().at < now - kRoundTripMemory) round_trips_.pop_front();
+}
+
+void LinkEstimate::bytes_came(double now, uint64_t bytes) {
+    land(now, bytes);
+    window_bytes_came_ += bytes;
+    if (busy_s(now) >= std::max(kShortestWindow, round_trip_s())) end_window(now);
+}
+
+void LinkEstimate::request_ended(double now, uint64_t missing) {
+    land(now, missing);
+}
+
+void LinkEstimate::end_window(double now) {
+    const double rate = double(window_bytes_came_) / busy_s(now);
+    while (!rates_.empty() && rates_.back().value <= rate) rates_.pop_back();
+    rates_.push_back({now, rate});
+    while (rates_.front().at < now - kRateMemory) rates_.pop_front();
+    rate_ = rates_.front().value;
+    if (windows_without_gain_ < kWindowsAtStart) {
+        windows_without_gain_ = rate > kGain * best_rate_ ? 0 : windows_without_gain_ + 1;
+        best_rate_ = std::max(best_rate_, rate);
+    }
+    busy_since_ = now;
+    busy_before_ = 0;
+    window_bytes_came_ = 0;
+}
+
+double LinkEstimate::round_trip_s() const {
+    return round_trips_.empty() ? 0 : round_trips_.front().value;
+}
+
+uint64_t LinkEstimate::window_bytes() const {
+    const bool is_start = windows_without_gain_ < kWindowsAtStart;
+    const double product =
+        (is_start ? kProductsAtStart : kProducts) * rate_ * std::max(round_trip_s(), kShortestProduct);
+    return std::max(kFloor, uint64_t(product));
+}
+
+uint64_t LinkEstimate::request_bytes(unsigned streams) const {
+    const double few =
+        std::max({double(kJoined), kFewSecondsARequest * rate_, double(window_bytes()) / streams});
+    return std::min(kMostRequest, uint64_t(std::min(few, kMostSecondsARequest * rate_)));
+}
+
+float LinkEstimate::join_factor() const {
+    return rate_ > kFast ? 0.1f : 0.3f;
+}
+
+}  // namespace fetch

@@ -1,0 +1,436 @@
+#include "fetch/transport.h"
+
+#include <curl/curl.h>
+#include <sys/epoll.h>
+
+#include <algorithm>
+#include <ctime>
+#include <unordered_map>
+#include <vector>
+
+#include "fetch/http_fields.h"
+
+namespace fetch {
+
+namespace {
+
+constexpr size_t kMostHeaderBytes = 64 * 1024;
+constexpr uint64_t kMostErrorPage = 16 * 1024;  // read to its end for the sake of the connection
+constexpr size_t kMostUrlBytes = 8 * 1024;
+constexpr size_t kPacketBytes = 1460;  // what passes a slow link at a time
+constexpr long kMostRedirects = 5, kConnectMs = 10'000;
+constexpr unsigned long long as_llu(uint64_t n) {
+    return n;
+}
+
+void start_curl() {
+    static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
+    if (started != CURLE_OK) throw core::Error(std::string("libcurl: ") + curl_easy_strerror(started));
+}
+
+// As messages begin here: "Couldn't connect", but "SSL connect error".
+std::string lower_start(std::string text) {
+    if (text.size() > 1 && text[0] >= 'A' && text[0] <= 'Z' && text[1] >= 'a')
+        text[0] = char(text[0] + ('a' - 'A'));
+    return text;
+}
+
+RangeEnd ended(RangeEnd::Verdict verdict, std::string reason) {
+    return {verdict, std::move(reason), -1, 0};
+}
+
+bool is_known_and_other(const std::string& before, const std::string& now) {
+    return !before.empty() && !now.empty() && before != now;
+}
+
+bool is_other_version(const Validator& before, const Validator& now) {
+    return is_known_and_other(before.etag, now.etag) ||
+           is_known_and_other(before.last_modified, now.last_modified);
+}
+
+std::string asked_for(const RangeRequest& request) {
+    return core::text("asked for bytes %llu-%llu, ", as_llu(request.first), as_llu(request.last));
+}
+
+}  // namespace
+
+std::string server_of(const std::string& url) {
+    if (url.size() > kMostUrlBytes) throw core::Error("the URL is longer than 8 KiB");
+    if (!std::all_of(url.begin(), url.end(), [](char c) { return c > ' ' && c <= '~'; }))
+        throw core::Error("the URL holds characters other than printable ASCII; write them as %20 and so on");
+    const std::unique_ptr<CURLU, void (*)(CURLU*)> parsed(curl_url(), curl_url_cleanup);
+    const auto part = [&](CURLUPart name, unsigned flags) {
+        char* text = nullptr;
+        const CURLUcode code = curl_url_get(parsed.get(), name, &text, flags);
+        if (code != CURLUE_OK) throw core::Error("is no URL: " + lower_start(curl_url_strerror(code)));
+        const std::string copy = text;
+        curl_free(text);
+        return copy;
+    };
+    if (const CURLUcode code = curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0); code != CURLUE_OK)
+        throw core::Error("is no URL: " + lower_start(curl_url_strerror(code)));
+    const std::string scheme = part(CURLUPART_SCHEME, 0);
+    if (scheme != "http" && scheme != "https") throw core::Error("is not a URL of http or https");
+    std::string host = part(CURLUPART_HOST, 0);
+    for (char& c : host)
+        if (c >= 'A' && c <= 'Z') c = char(c + ('a' - 'A'));
+    return scheme + "://" + host + ":" + part(CURLUPART_PORT, CURLU_DEFAULT_PORT);
+}
+
+// One request, from start() until its last byte has passed the slow link.
+struct Transport::Transfer {
+    State& transport;
+    RangeRequest request;
+    std::shared_ptr<RangeSink> sink;
+    CURL* easy = nullptr;
+    curl_slist* lines = nullptr;
+    HttpFields fields;
+    size_t header_bytes = 0;
+    uint64_t expected = 0, got = 0, discarded = 0;
+    bool is_judged = false, is_accepted = false, is_length_sure = false;
+    std::vector<std::byte> held;  // of a body whose length is not sure before its end
+    RangeEnd end;
+
+    Transfer(State& state, const RangeRequest& asked, std::shared_ptr<RangeSink> to)
+        : transport(state), request(asked), sink(std::move(to)) {}
+    ~Transfer() { curl_slist_free_all(lines); }
+
+    void set_up();
+    void judge();
+    void accept(const ContentRange& range);
+    RangeEnd verdict_of_status() const;
+    RangeEnd verdict_of_whole_file() const;
+    bool take_header(std::string_view line);
+    bool take_body(std::span<const std::byte> bytes);
+    void hand_on(std::span<const std::byte> bytes);
+    void finish(CURLcode code);
+    RangeEnd verdict_of_failure(CURLcode code) const;
+};
+
+struct Transport::State {
+    EventLoop& loop;
+    TransportOptions options;
+    SlowLink link;
+    CURLM* multi;
+    TransportCounts counts;
+    EventLoop::TimerId timer = 0;
+    std::unordered_map<CURL*, std::unique_ptr<Transfer>> transfers;
+    std::vector<CURL*> spare;
+
+    State(EventLoop& event_loop, TransportOptions given)
+        : loop(event_loop), options(std::move(given)), link(loop, options.bytes_per_s, options.delay_s) {
+        start_curl();
+        multi = curl_multi_init();
+        if (!multi) throw core::Error("libcurl: cannot be started");
+        curl_multi_setopt(multi, CURLMOPT_SOCKETFUNCTION, on_socket);
+        curl_multi_setopt(multi, CURLMOPT_SOCKETDATA, this);
+        curl_multi_setopt(multi, CURLMOPT_TIMERFUNCTION, on_timer);
+        curl_multi_setopt(multi, CURLMOPT_TIMERDATA, this);
+        curl_multi_setopt(multi, CURLMOPT_MAX_CONCURRENT_STREAMS, long(options.streams));
+        curl_multi_setopt(multi, CURLMOPT_MAXCONNECTS, 64L);
+    }
+    ~State() {
+        for (const auto& [easy, transfer] : transfers) {
+            curl_multi_remove_handle(multi, easy);
+            curl_easy_cleanup(easy);
+        }
+        for (CURL* easy : spare) curl_easy_cleanup(easy);
+        curl_multi_cleanup(multi);
+        loop.cancel(timer);
+    }
+
+    static int on_socket(CURL*, curl_socket_t fd, int what, void* self, void*);
+    static int on_timer(CURLM*, long ms, void* self);
+    void act(curl_socket_t fd, int events);
+    void end_finished();
+};
+
+// ---- libcurl's socket interface ----
+
+int Transport::State::on_socket(CURL*, curl_socket_t fd, int what, void* self, void*) {
+    State& state = *static_cast<State*>(self);
+    if (what == CURL_POLL_REMOVE) {
+        state.loop.unwatch(fd);
+        return 0;
+    }
+    const uint32_t events =
+        (what & CURL_POLL_IN ? uint32_t{EPOLLIN} : 0) | (what & CURL_POLL_OUT ? uint32_t{EPOLLOUT} : 0);
+    state.loop.watch(fd, events, [&state, fd](uint32_t got) {
+        int flags = 0;
+        if (got & (EPOLLIN | EPOLLHUP)) flags |= CURL_CSELECT_IN;
+        if (got & EPOLLOUT) flags |= CURL_CSELECT_OUT;
+        if (got & EPOLLERR) flags |= CURL_CSELECT_ERR;
+        state.act(fd, flags);
+    });
+    return 0;
+}
+
+int Transport::State::on_timer(CURLM*, long ms, void* self) {
+    State& state = *static_cast<State*>(self);
+    state.loop.cancel(state.timer);
+    state.timer = 0;
+    if (ms >= 0)
+        state.timer = state.loop.after(double(ms) / 1000, [&state] {
+            state.timer = 0;
+            state.act(CURL_SOCKET_TIMEOUT, 0);
+        });
+    return 0;
+}
+
+void Transport::State::act(curl_socket_t fd, int events) {
+    int running = 0;
+    curl_multi_socket_action(multi, fd, events, &running);
+    end_finished();
+}
+
+void Transport::State::end_finished() {
+    int left = 0;
+    while (const CURLMsg* message = curl_multi_info_read(multi, &left)) {
+        if (message->msg != CURLMSG_DONE) continue;
+        CURL* const easy = message->easy_handle;
+        const CURLcode code = message->data.result;
+        const auto found = transfers.find(easy);
+        const std::unique_ptr<Transfer> transfer = std::move(found->second);
+        transfers.erase(found);
+        curl_multi_remove_handle(multi, easy);
+        transfer->finish(code);
+        spare.push_back(easy);
+    }
+}
+
+// ---- a transfer ----
+
+void Transport::Transfer::set_up() {
+    const TransportOptions& options = transport.options;
+    const auto set = [&](CURLoption option, auto value) { curl_easy_setopt(easy, option, value); };
+    curl_easy_reset(easy);
+    const bool is_https = request.url.starts_with("https:");
+    set(CURLOPT_URL, request.url.c_str());
+    set(CURLOPT_PROTOCOLS_STR, "http,https");
+    set(CURLOPT_REDIR_PROTOCOLS_STR, is_https ? "https" : "http,https");
+    set(CURLOPT_FOLLOWLOCATION, 1L);
+    set(CURLOPT_MAXREDIRS, kMostRedirects);
+    set(CURLOPT_HTTP_VERSION, long(CURL_HTTP_VERSION_2TLS));
+    set(CURLOPT_PIPEWAIT, is_https ? 1L : 0L);
+    set(CURLOPT_HTTP09_ALLOWED, 0L);
+    set(CURLOPT_NOSIGNAL, 1L);
+    set(CURLOPT_NETRC, long(CURL_NETRC_OPTIONAL));
+    set(CURLOPT_CONNECTTIMEOUT_MS, kConnectMs);
+    set(CURLOPT_LOW_SPEED_LIMIT, 1L);
+    set(CURLOPT_LOW_SPEED_TIME, std::max(1L, long(options.stall_s)));
+    set(CURLOPT_BUFFERSIZE, 128L * 1024);
+    set(CURLOPT_USERAGENT, options.user_agent.c_str());
+    if (!options.ca_file.empty()) set(CURLOPT_CAINFO, options.ca_file.c_str());
+    set(CURLOPT_RANGE, core::text("%llu-%llu", as_llu(request.first), as_llu(request.last)).c_str());
+    lines = curl_slist_append(lines, "Accept-Encoding: identity");
+    const std::string validator = strong_validator(request.validator);
+    if (request.may_send_if_range && !validator.empty())
+        lines = curl_slist_append(lines, ("If-Range: " + validator).c_str());
+    set(CURLOPT_HTTPHEADER, lines);
+    using Callback = size_t (*)(char*, size_t, size_t, void*);
+    const Callback header = [](char* data, size_t, size_t size, void* self) -> size_t {
+        return static_cast<Transfer*>(self)->take_header({data, size}) ? size : 0;
+    };
+    const Callback body = [](char* data, size_t, size_t size, void* self) -> size_t {
+        return static_cast<Transfer*>(self)->take_body(std::as_bytes(std::span(data, size))) ? size : 0;
+    };
+    set(CURLOPT_HEADERFUNCTION, header);
+    set(CURLOPT_HEADERDATA, this);
+    set(CURLOPT_WRITEFUNCTION, body);
+    set(CURLOPT_WRITEDATA, this);
+}
+
+bool Transport::Transfer::take_header(std::string_view line) {
+    header_bytes += line.size();
+    if (header_bytes > kMostHeaderBytes) {
+        end = ended(RangeEnd::Verdict::refused, "server sent more than 64 KiB of header");
+        is_judged = true;
+        return false;
+    }
+    fields.take_line(line, ::time(nullptr));
+    return true;
+}
+
+RangeEnd Transport::Transfer::verdict_of_whole_file() const {
+    // An answer to If-Range may be that the file has changed, or that the server does not trust the
+    // validator.
+    const bool has_asked_if =
+        request.total > 0 && request.may_send_if_range && !strong_validator(request.validator).empty();
+    curl_off_t length = -1;
+    curl_easy_getinfo(easy, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &length);
+    const bool is_other = is_other_version(request.validator, fields.validator) ||
+                          (length >= 0 && request.total > 0 && uint64_t(length) != request.total);
+    if (is_other && request.total > 0)
+        return ended(RangeEnd::Verdict::changed, "the file has changed at the server");
+    if (has_asked_if)
+        return ended(RangeEnd::Verdict::no_if_range, "server does not compare what it sent before");
+    return ended(RangeEnd::Verdict::no_ranges, asked_for(request) + "server sent 200 without ranges");
+}
+
+RangeEnd Transport::Transfer::verdict_of_status() const {
+    const int status = fields.status;
+    if (status == 200) return verdict_of_whole_file();
+    if (status == 416) {
+        if (request.total > 0)
+            return ended(RangeEnd::Verdict::changed, "the file has become shorter at the server");
+        const bool is_empty = fields.content_range && fields.content_range->total == 0;
+        return ended(RangeEnd::Verdict::refused,
+                     is_empty ? "the file is empty" : asked_for(request) + "server answered 416");
+    }
+    RangeEnd answer = ended(RangeEnd::Verdict::refused, core::text("server answered %d", status));
+    const bool is_busy = status == 429 || (status == 503 && fields.retry_after_s);
+    if (is_busy)
+        answer.verdict = RangeEnd::Verdict::busy;
+    else if (status >= 500 || status == 408 || status == 425)
+        answer.verdict = RangeEnd::Verdict::retry;
+    if (fields.retry_after_s) answer.retry_after_s = double(*fields.retry_after_s);
+    return answer;
+}
+
+void Transport::Transfer::judge() {
+    is_judged = true;
+    if (fields.status != 206) {
+        end = verdict_of_status();
+        return;
+    }
+    const auto refuse = [&](const std::string& reason) { end = ended(RangeEnd::Verdict::refused, reason); };
+    if (!fields.content_encoding.empty())
+        return refuse(asked_for(request) + "server sent them encoded as " + fields.content_encoding);
+    if (fields.is_multipart) return refuse(asked_for(request) + "server sent several parts");
+    if (fields.has_bad_content_range || !fields.content_range || !fields.content_range->has_bytes)
+        return refuse(asked_for(request) +
+                      "server sent 206 without a Content-Range that says which and of how many");
+    const ContentRange& range = *fields.content_range;
+    if (range.first != request.first || range.last > request.last)
+        return refuse(asked_for(request) +
+                      core::text("server sent bytes %llu-%llu", as_llu(range.first), as_llu(range.last)));
+    if (request.total > 0 &&
+        (range.total != request.total || is_other_version(request.validator, fields.validator))) {
+        end = ended(RangeEnd::Verdict::changed, "the file has changed at the server");
+        return;
+    }
+    curl_off_t length = -1;
+    curl_easy_getinfo(easy, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &length);
+    expected = range.last - range.first + 1;
+    if (length >= 0 && uint64_t(length) != expected)
+        return refuse(core::text("server sent bytes %llu-%llu and a length of %llu", as_llu(range.first),
+                                 as_llu(range.last), as_llu(uint64_t(length))));
+    is_length_sure = length >= 0;
+    accept(range);
+}
+
+void Transport::Transfer::accept(const ContentRange& range) {
+    is_accepted = true;
+    const RangeHead head{range.total, fields.validator, range.last};
+    transport.link.pass(header_bytes, [to = sink, head] { to->head(head); });
+}
+
+bool Transport::Transfer::take_body(std::span<const std::byte> bytes) {
+    if (!is_judged) judge();
+    if (!is_accepted) {
+        discarded += bytes.size();
+        const bool is_whole_file = fields.status == 200 || fields.status == 206;
+        return !is_whole_file && discarded <= kMostErrorPage;
+    }
+    got += bytes.size();
+    if (got > expected) {
+        end = ended(RangeEnd::Verdict::refused,
+                    core::text("server sent more than the %llu bytes of the range", as_llu(expected)));
+        return false;
+    }
+    if (is_length_sure)
+        hand_on(bytes);
+    else
+        held.insert(held.end(), bytes.begin(), bytes.end());
+    return true;
+}
+
+void Transport::Transfer::hand_on(std::span<const std::byte> bytes) {
+    transport.counts.body_bytes += bytes.size();
+    if (!transport.link.is_slow()) {
+        sink->bytes(bytes);
+        return;
+    }
+    for (; !bytes.empty(); bytes = bytes.subspan(std::min(bytes.size(), kPacketBytes))) {
+        const auto packet = bytes.first(std::min(bytes.size(), kPacketBytes));
+        transport.link.pass(
+            packet.size(),
+            [to = sink, copy = std::vector<std::byte>(packet.begin(), packet.end())] { to->bytes(copy); });
+    }
+}
+
+RangeEnd Transport::Transfer::verdict_of_failure(CURLcode code) const {
+    const std::string reason = lower_start(curl_easy_strerror(code));
+    switch (code) {
+        case CURLE_TOO_MANY_REDIRECTS:
+            return ended(RangeEnd::Verdict::refused,
+                         core::text("server redirects more than %ld times", kMostRedirects));
+        case CURLE_UNSUPPORTED_PROTOCOL:
+            return ended(RangeEnd::Verdict::refused,
+                         "server redirects to what is not http or https, or from https to http");
+        case CURLE_PEER_FAILED_VERIFICATION:
+            return ended(RangeEnd::Verdict::refused, "the server's certificate is not to be trusted");
+        case CURLE_PARTIAL_FILE:
+        case CURLE_GOT_NOTHING:
+            return ended(RangeEnd::Verdict::retry, "server ended the answer too early");
+        case CURLE_SSL_CACERT_BADFILE:
+        case CURLE_SSL_ISSUER_ERROR:
+        case CURLE_URL_MALFORMAT:
+        case CURLE_WEIRD_SERVER_REPLY:
+            return ended(RangeEnd::Verdict::refused, reason);
+        case CURLE_OPERATION_TIMEDOUT:
+            return ended(RangeEnd::Verdict::retry,
+                         core::text("server sent nothing for %.0f s", transport.options.stall_s));
+        default:
+            return ended(RangeEnd::Verdict::retry, reason);
+    }
+}
+
+void Transport::Transfer::finish(CURLcode code) {
+    if (!is_judged && fields.status != 0 && code == CURLE_OK) judge();
+    if (is_accepted && code == CURLE_OK && got == expected) {
+        hand_on(held);
+    } else if (!is_judged || (is_accepted && end.verdict == RangeEnd::Verdict::done)) {
+        end = verdict_of_failure(code == CURLE_OK ? CURLE_PARTIAL_FILE : code);
+    }
+    long version = 0;
+    curl_easy_getinfo(easy, CURLINFO_HTTP_VERSION, &version);
+    if (version != 0)
+        end.streams =
+            version >= CURL_HTTP_VERSION_2_0 ? transport.options.streams : transport.options.connections;
+    transport.counts.header_bytes += header_bytes;
+    // A refusal passes the link too, or it would come before what was asked for earlier.
+    transport.link.pass(is_accepted ? 0 : header_bytes,
+                        [to = std::move(sink), end = std::move(end)] { to->end(end); });
+}
+
+// ---- Transport ----
+
+Transport::Transport(EventLoop& loop, TransportOptions options)
+    : state_(std::make_unique<State>(loop, std::move(options))) {}
+
+Transport::~Transport() = default;
+
+void Transport::start(const RangeRequest& request, std::shared_ptr<RangeSink> sink) {
+    State& state = *state_;
+    CURL* easy = nullptr;
+    if (state.spare.empty()) {
+        easy = curl_easy_init();
+        if (!easy) throw core::Error("libcurl: out of memory");
+    } else {
+        easy = state.spare.back();
+        state.spare.pop_back();
+    }
+    auto transfer = std::make_unique<Transfer>(state, request, std::move(sink));
+    transfer->easy = easy;
+    transfer->set_up();
+    ++state.counts.requests;
+    state.transfers[easy] = std::move(transfer);
+    curl_multi_add_handle(state.multi, easy);
+}
+
+const TransportCounts& Transport::counts() const {
+    return state_->counts;
+}
+
+}  // namespace fetch

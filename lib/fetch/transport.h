@@ -1,0 +1,97 @@
+// Ranges of files over HTTP: requests run at the same time on kept-alive connections, or multiplexed on one
+// where the server speaks HTTP/2.  Everything that can be wrong with an answer is found before its bytes are
+// handed on.
+//
+// What is checked: the status; that Content-Range begins where it was asked to and ends no later; that the
+// length of the body is that of the range; that nothing is encoded; that entity tag, time of modification and
+// total size are those of the first answer; that certificates are good; that redirects, 5 at most, go to http
+// or https, and never from https to http.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "fetch/event_loop.h"
+#include "fetch/slow_link.h"
+#include "fetch/store.h"
+
+namespace fetch {
+
+struct RangeRequest {
+    std::string url;
+    uint64_t first = 0, last = 0;  // bytes, both included
+    uint64_t total = 0;            // of the first answer; 0: this is the first
+    Validator validator;           // of the first answer
+    bool may_send_if_range = true;
+};
+
+struct RangeHead {
+    uint64_t total = 0;
+    Validator validator;
+    uint64_t last = 0;  // what comes; a server may send less than it was asked for
+};
+
+struct RangeEnd {
+    enum class Verdict {
+        done,
+        retry,        // this time it did not work; what has come is right
+        busy,         // the server asks to be left alone for a while
+        refused,      // it will not work the next time either
+        no_ranges,    // the server sends whole files only
+        no_if_range,  // the server sends the whole of this very version: ask again without If-Range
+        changed,      // the server has another version of the file
+    };
+    Verdict verdict = Verdict::done;
+    std::string reason;         // without the URL: "server answered 404"; empty for done
+    double retry_after_s = -1;  // what the server asked for; negative: nothing
+    unsigned streams = 0;       // requests that may run on the server's connections at a time; 0: not known
+};
+
+// Gets an answer, in turn: head() once, bytes() in the order of the file and never more than head().last
+// tells, end() once.  Where the answer is not right, only end().
+class RangeSink {
+  public:
+    virtual ~RangeSink() = default;
+    virtual void head(const RangeHead& head) = 0;
+    virtual void bytes(std::span<const std::byte> bytes) = 0;
+    virtual void end(const RangeEnd& end) = 0;
+};
+
+struct TransportOptions {
+    double stall_s = 10;       // without a byte a request is given up
+    unsigned connections = 6;  // to a server, with HTTP/1.1
+    unsigned streams = 100;    // with HTTP/2
+    std::string ca_file;       // certificates to trust instead of the system's
+    std::string user_agent = "qs-fetch";
+    double bytes_per_s = 0, delay_s = 0;  // a slow link to try out, slow_link.h
+};
+
+struct TransportCounts {
+    uint64_t requests = 0, header_bytes = 0, body_bytes = 0;
+};
+
+// Not thread-safe; runs in the event loop, which outlives it.
+class Transport {
+  public:
+    Transport(EventLoop& loop, TransportOptions options);
+    ~Transport();
+    Transport(const Transport&) = delete;
+    Transport& operator=(const Transport&) = delete;
+
+    // The sink is held until its end().  Nothing is called from within start().
+    void start(const RangeRequest& request, std::shared_ptr<RangeSink> sink);
+    const TransportCounts& counts() const;
+
+  private:
+    struct Transfer;
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+// "https://host:port" of a URL, in lower case.  Throws core::Error, in which the URL is not named, where it
+// is none of http or https, is longer than 8 KiB, or holds other than printable ASCII.
+std::string server_of(const std::string& url);
+
+}  // namespace fetch

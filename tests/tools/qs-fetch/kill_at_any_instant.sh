@@ -1,0 +1,29 @@
+# A daemon that is killed during a download leaves only blocks that are right, and the next one goes on from there.
+source "$QS_SOURCE/tests/tools/qs-fetch/servers.bash"
+make_file model.qs 2000001
+start_hostile www/model.qs
+url=http://127.0.0.1:$port/right
+for ((run = 0; run < 12; ++run)); do
+    start_daemon --limit-rate 20M
+    fetch get "$url" -o got 2> /dev/null &
+    getting=$!
+    sleep "0.$((RANDOM % 3))$((RANDOM % 10))"
+    kill -9 $daemon
+    wait $daemon $getting 2> /dev/null
+    [[ -e got ]] && break
+    python3 - cache www/model.qs << 'CHECK'
+import glob, struct, sys
+file = open(sys.argv[2], "rb").read()
+for folder in glob.glob(sys.argv[1] + "/" + "[0-9a-f]" * 32):
+    states, data = open(folder + "/map", "rb").read()[4096:], open(folder + "/data", "rb").read()
+    for block in range((len(file) + 1023) // 1024):
+        if states[block // 4] >> block % 4 * 2 & 3 == 3:
+            part = slice(block * 1024, block * 1024 + 1024)
+            if data[part] != file[part]:
+                print("block", block, "is marked present, and wrong")
+CHECK
+    rm -f cache/socket
+done
+start_daemon
+fetch get "$url" -o got && same got www/model.qs "in the end"
+(($(counter body_bytes) < 2000001)) && echo "the last run had to fetch less than all"

@@ -1,0 +1,101 @@
+#include "fetch/link_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <deque>
+
+namespace {
+
+using fetch::LinkEstimate;
+
+// A link that carries packets one after the other at a rate, and a client that keeps as much in flight as the
+// estimate says.  Returns when all has come.
+double carry(LinkEstimate& link, double bytes_per_s, double round_trip_s, uint64_t total, double now = 0) {
+    struct Packet {
+        double arrival;
+        uint64_t bytes;
+        double sent;  // the request that it begins to answer; negative: none
+    };
+    std::deque<Packet> packets;
+    double free_at = 0;
+    while (total > 0 || !packets.empty()) {
+        while (total > 0 && (packets.empty() || link.in_flight_bytes() < link.window_bytes())) {
+            const uint64_t bytes =
+                std::min(total, std::max<uint64_t>(1024, link.request_bytes(6) / 1024 * 1024));
+            link.request_sent(now, bytes);
+            free_at = std::max(free_at, now + round_trip_s);
+            for (uint64_t at = 0; at < bytes; at += 1024) {
+                const uint64_t size = std::min<uint64_t>(1024, bytes - at);
+                free_at += double(size) / bytes_per_s;
+                packets.push_back({free_at, size, at == 0 ? now : -1});
+            }
+            total -= bytes;
+        }
+        const Packet landed = packets.front();
+        packets.pop_front();
+        now = landed.arrival;
+        if (landed.sent >= 0) link.answer_began(now, now - landed.sent);
+        link.bytes_came(now, landed.bytes);
+    }
+    return now;
+}
+
+struct Link {
+    double bytes_per_s, round_trip_s;
+};
+constexpr Link kLinks[] = {{384e3 / 8, 0.005}, {384e3 / 8, 0.04}, {384e3 / 8, 0.15},
+                           {8e6 / 8, 0.005},   {8e6 / 8, 0.04},   {8e6 / 8, 0.15},
+                           {100e6 / 8, 0.005}, {100e6 / 8, 0.04}, {100e6 / 8, 0.15}};
+
+TEST(LinkEstimate, FillsEveryLinkAndHoldsLittleMoreInFlight) {
+    for (const Link& is : kLinks) {
+        LinkEstimate link;
+        const uint64_t total = uint64_t(is.bytes_per_s * (4 + 20 * is.round_trip_s));
+        const double took = carry(link, is.bytes_per_s, is.round_trip_s, total);
+        const std::string name =
+            testing::PrintToString(is.bytes_per_s) + " B/s, " + testing::PrintToString(is.round_trip_s);
+        // Ten round trips of starting, as TCP would take too.
+        EXPECT_LT(took, 1.1 * double(total) / is.bytes_per_s + 12 * is.round_trip_s) << name;
+        EXPECT_NEAR(link.bytes_per_s() / is.bytes_per_s, 1, 0.15) << name;
+        EXPECT_NEAR(link.round_trip_s(), is.round_trip_s + 1024 / is.bytes_per_s, 0.1 * is.round_trip_s)
+            << name;
+        const double product = is.bytes_per_s * link.round_trip_s();
+        EXPECT_LE(double(link.window_bytes()), std::max({1.8 * product, 3072.0, 0.0036 * is.bytes_per_s}))
+            << name;
+        EXPECT_GE(double(link.window_bytes()), std::max(1.2 * product, 3072.0)) << name;
+        // A change of view waits for what is in flight: no longer than this beyond a round trip.
+        EXPECT_LT(double(link.window_bytes() + link.request_bytes(6)) / is.bytes_per_s,
+                  1.5 * is.round_trip_s + 0.13)
+            << name;
+    }
+}
+
+TEST(LinkEstimate, FollowsALinkThatBecomesSlower) {
+    LinkEstimate link;
+    const double now = carry(link, 1e6, 0.04, 5'000'000);
+    EXPECT_NEAR(link.bytes_per_s(), 1e6, 1e5);
+    carry(link, 1e5, 0.04, 500'000, now);
+    EXPECT_NEAR(link.bytes_per_s(), 1e5, 2e4);
+}
+
+TEST(LinkEstimate, PausesDoNotLowerTheRate) {
+    LinkEstimate link;
+    double now = 0;
+    for (int i = 0; i != 50; ++i) now = 5 + carry(link, 1e6, 0.02, 100'000, now);
+    EXPECT_GT(link.bytes_per_s(), 0.5e6);
+}
+
+TEST(LinkEstimate, WhatDoesNotComeIsNotInFlight) {
+    LinkEstimate link;
+    EXPECT_EQ(link.window_bytes(), 3072u) << "three blocks until anything is known";
+    link.request_sent(0, 10'000);
+    link.bytes_came(1, 4'000);
+    EXPECT_EQ(link.in_flight_bytes(), 6'000u);
+    link.request_ended(1, 6'000);
+    EXPECT_EQ(link.in_flight_bytes(), 0u);
+    link.bytes_came(2, 5);  // more than was asked for
+    EXPECT_EQ(link.in_flight_bytes(), 0u);
+}
+
+}  // namespace
