@@ -4,20 +4,17 @@
 // most the blocks in flight.  Why this holds:
 //
 //   - put() writes the bytes, then their checksums, then marks the blocks present, in this order and by one
-//   thread.
-//     What a process has written is in the system's page cache and outlives it, however it ends.  So after a
-//     kill the mark implies the bytes.
+//     thread.  What a process has written is in the system's page cache and outlives it, however it ends.  So
+//     after a kill the mark implies the bytes.
 //   - The page cache does not outlive the system, which may have put the mark on disk, and not the bytes.  So
-//   the
-//     map names the boot under which it was written.  Under another one, open() compares each block that is
-//     marked with its checksum, forgets those that differ, and only then names the new boot.
+//     the map names the boot under which it was written.  Under another one, open() compares each block that
+//     is marked with its checksum, forgets those that differ, and only then names the new boot.
 //   - Nothing is overwritten in place by other bytes: a file that has changed at the server gets an entry of
-//   its own.
+//     its own.
 //   - An entry is made in a folder of another name and renamed when it is whole; one without all of its
-//   parts, or
-//     whose parts do not fit together, is removed when it is met.
+//     parts, or whose parts do not fit together, is removed when it is met.
 //   - The map is allocated when it is made, so that a full disk shows in a write(), never in a store to a
-//   map.
+//     map.
 //
 // An entry is a folder, named by a hash of the URL, of:
 //   data   the file's bytes at their places; holes where nothing has come
