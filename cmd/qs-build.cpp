@@ -22,18 +22,24 @@ core::Json to_json(const std::map<std::string, uint64_t>& counts) {
     return json;
 }
 
-core::Json report_of(const std::string& input, const mesh::ReadCounts& read, const splat::BuildReport& r, double read_ms) {
-    const splat::Header& h = r.header;
+// What was read; dropped: by the reader and the builder together.
+core::Json report_of(const std::string& input, const mesh::ReadCounts& read, const std::map<std::string, uint64_t>& vertices_dropped) {
     core::Json json;
     json["input"] = input;
     json["format"] = read.format;
     json["vertices_in"] = read.vertices_in;
     json["faces_in"] = read.faces_in;
     json["triangles_in"] = read.triangles_in;
+    json["vertices_dropped"] = to_json(vertices_dropped);
+    json["triangles_dropped"] = to_json(read.triangles_dropped);
+    return json;
+}
+
+core::Json report_of(const std::string& input, const mesh::ReadCounts& read, const splat::BuildReport& r, double read_ms) {
+    const splat::Header& h = r.header;
     auto dropped = read.vertices_dropped;
     for (const auto& [reason, count] : r.vertices_dropped) dropped[reason] += count;
-    json["vertices_dropped"] = to_json(dropped);
-    json["triangles_dropped"] = to_json(read.triangles_dropped);
+    core::Json json = report_of(input, read, dropped);
     json["zero_area_faces"] = r.zero_area_faces;
     json["boundary_edges"] = r.boundary_edges;
     json["widest_gap"] = r.widest_gap;
@@ -90,16 +96,9 @@ void write_qsplat(mesh::ReadResult&& read, const std::string& input, core::Outpu
     const mesh::ReadCounts& counts = read.counts;
     const splat::QsplatReport r = splat::write_qsplat(std::move(read.mesh), input, out);
     out.commit();
-    core::Json json;
-    json["input"] = input;
-    json["format"] = counts.format;
-    json["vertices_in"] = counts.vertices_in;
-    json["faces_in"] = counts.faces_in;
-    json["triangles_in"] = counts.triangles_in;
     auto dropped = counts.vertices_dropped;
     if (r.unreferenced) dropped["unreferenced"] += r.unreferenced;
-    json["vertices_dropped"] = to_json(dropped);
-    json["triangles_dropped"] = to_json(counts.triangles_dropped);
+    core::Json json = report_of(input, counts, dropped);
     json["leaves"] = r.leaves;
     json["nodes"] = r.nodes;
     json["levels"] = r.levels;
