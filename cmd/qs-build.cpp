@@ -121,8 +121,8 @@ void warn_of_lattice(const std::string& input, const splat::BuildReport& r) {
 }
 
 // Rewrites a model that is there, compressed or plain.
-core::Json recode(const std::string& input, bool compress, core::OutputFile& out) {
-    const splat::Model model(input);
+core::Json recode(core::InputFile file, const std::string& input, bool compress, core::OutputFile& out) {
+    const splat::Model model(std::move(file));
     if (!model.is_complete())
         throw core::Error(core::text("%s: has %llu of %llu blocks, and only a whole model can be rewritten", model.name().c_str(),
                                      static_cast<unsigned long long>(model.blocks_present()),
@@ -137,8 +137,6 @@ core::Json recode(const std::string& input, bool compress, core::OutputFile& out
     return {{"input", input}, {"format", "qs"}, {"input_bytes", model.size_bytes()}, {"is_compressed", compress},
             {"file_bytes", bytes}, {"bytes_per_vertex", double(bytes) / vertices}};
 }
-
-bool is_model_file(const std::string& path) { return path != "-" && splat::is_model(core::InputFile(path).bytes()); }
 
 }  // namespace
 
@@ -164,7 +162,7 @@ int main(int argc, char** argv) {
     auto* compress = program.options.add_flag("--compress", build_options.compress, "Code blocks; INPUT may be a model, and is then rewritten");
     program.options.add_flag("--plain", plain, "Rewrite a model without coding: the same bytes as before --compress")->excludes(compress);
 
-    const std::set<std::string> of_meshes{"--block-size", "--memory", "--skip-bad", "--no-colour", "--format"};
+    const std::set<std::string> of_meshes{"--block-size", "--memory", "--skip-bad", "--no-colour", "--format", "--leaf"};
 
     return program.run(argc, argv, [&] {
         if (block_size < splat::kMinBlockSize || block_size > splat::kMaxBlockSize || !std::has_single_bit(block_size))
@@ -182,20 +180,19 @@ int main(int argc, char** argv) {
         build_options.leaf = leaf == "triangle" ? splat::Leaf::triangle : splat::Leaf::point;
         if (is_for_qsplat && build_options.compress) throw core::UsageError("--format qsplat11: has no blocks that --compress could code");
         core::Report report({input}, {output});
-        if (plain || is_model_file(input)) {
+        core::OutputFile out(output);
+        core::Stopwatch watch;
+        core::InputFile file(input);  // once: it may be a pipe
+        if (plain || splat::is_model(file.bytes())) {
             if (!plain && !build_options.compress)
                 throw core::UsageError(input + ": is a model already; --compress or --plain rewrites it");
             for (const CLI::Option* option : program.options.get_options([](const CLI::Option* o) { return o->count() > 0; }))
                 if (of_meshes.contains(option->get_name()))
                     throw core::UsageError(option->get_name() + ": is for a mesh or a cloud, not for a model");
-            core::OutputFile out(output);
-            report.write(recode(input, build_options.compress, out));
-            report.commit();
-            return;
+            report.write(recode(std::move(file), input, build_options.compress, out));
+            return report.commit();
         }
-        core::OutputFile out(output);
-        core::Stopwatch watch;
-        mesh::ReadResult read = mesh::read_mesh(input, read_options);
+        mesh::ReadResult read = mesh::read_mesh(std::move(file), read_options);
         const double read_ms = watch.lap_ms();
         if (is_for_qsplat) {
             if (no_colour) read.mesh.colours.clear();

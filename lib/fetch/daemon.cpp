@@ -48,6 +48,7 @@ struct Daemon::State {
         void arrived() override;
         void ended(Reason reason, const std::string& why) override;
         void trouble(Reason reason, const std::string& why) override;
+        void tell(ReplyKind kind, Reason reason, const std::string& why);
     };
 
     struct Waiting {
@@ -111,17 +112,16 @@ void Daemon::State::Stream::arrived() {
 }
 
 void Daemon::State::Stream::ended(Reason reason, const std::string& why) {
-    Reply reply;
-    reply.kind = ReplyKind::ended;
-    reply.stream = id;
-    reply.reason = reason;
-    reply.text = why;
-    client.send(reply);
+    tell(ReplyKind::ended, reason, why);
 }
 
 void Daemon::State::Stream::trouble(Reason reason, const std::string& why) {
+    tell(ReplyKind::trouble, reason, why);
+}
+
+void Daemon::State::Stream::tell(ReplyKind kind, Reason reason, const std::string& why) {
     Reply reply;
-    reply.kind = ReplyKind::trouble;
+    reply.kind = kind;
     reply.stream = id;
     reply.reason = reason;
     reply.text = why;

@@ -63,7 +63,10 @@ void append_properties(std::string& out, const char* type, const char* x, const 
 }  // namespace
 
 ReadResult read_mesh(const std::string& path, const ReadOptions& options) {
-    const core::InputFile file(path);
+    return read_mesh(core::InputFile(path), options);
+}
+
+ReadResult read_mesh(core::InputFile file, const ReadOptions& options) {
     return read_source({file.bytes(), file.name(), &file}, options);
 }
 

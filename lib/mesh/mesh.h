@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/file.h"
+
 namespace mesh {
 
 struct Mesh {
@@ -50,6 +52,9 @@ struct ReadResult {
 // Zero-area faces are kept; faces that name one vertex twice are dropped and counted. Memory: never more than
 // a small multiple of the file's size, whatever its header claims. Throws core::Error "<file>: <place>: ...".
 ReadResult read_mesh(const std::string& path, const ReadOptions& options = {});
+
+// The same of a file that is open, and is closed as soon as it is read.
+ReadResult read_mesh(core::InputFile file, const ReadOptions& options = {});
 
 // The same of bytes in memory; `name` stands for the file's name, in messages and for its extension.
 ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::string& name,

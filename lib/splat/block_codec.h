@@ -1,6 +1,6 @@
 // One block of a compressed model: coded by itself, decoded to the bytes of the plain block.
 //
-// Eight interleaved state machines (tabled asymmetric numeral systems), one for each field of a node, share
+// Six interleaved state machines (tabled asymmetric numeral systems), to which the fields of a node fall, share
 // one sequence of bits, so that a processor can have several symbols under way at once.  man/qs.5 specifies
 // the bytes.
 #pragma once
@@ -16,8 +16,8 @@
 
 namespace splat {
 
-// What a coded block takes at least: two numbers of a byte, slot, checksum, eight states.
-constexpr size_t kMinCodedBlock = 17;
+// What a coded block takes at least: two numbers of a byte, slot, checksum, six states of 51 bits.
+constexpr size_t kMinCodedBlock = 15;
 
 // A block as it stands in the file, and the sizes of its sibling groups in order, which only its parents
 // know.
