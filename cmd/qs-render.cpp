@@ -28,7 +28,8 @@ using Path = std::vector<geom::PathFrame>;
 // Lines that are wrong are among them with --keep-going only.
 Path cameras_of(const Arguments& a, const Models& models) {
     if (a.path.empty())
-        return {{a.camera.camera(scene::bounds_of(models.placed()), a.resolution[0] / a.resolution[1])}};
+        return {{a.camera.camera(scene::bounds_of(models.placed()), scene::outline_of(models.placed()),
+                                 a.resolution[0] / a.resolution[1])}};
     const core::InputFile file(a.path);
     Path path = geom::parse_frames({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()},
                                    file.name());

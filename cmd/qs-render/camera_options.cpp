@@ -1,8 +1,10 @@
 #include "qs-render/camera_options.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
+#include "geom/framing.h"
 #include "geom/path.h"
 
 namespace qs_render {
@@ -12,6 +14,8 @@ using core::UsageError;
 namespace {
 
 constexpr double kMostDegrees = 179;
+constexpr double kMargin = 1.02;        // the spheres of an outline leave some free themselves
+constexpr double kLeastExtent = 1e-14;  // of the radius to the largest coordinate, as orbit() has it
 
 }  // namespace
 
@@ -22,7 +26,7 @@ void CameraOptions::add_to(core::Program& program) {
     elevation = program.add_number("--camera-elevation-angle", elevation_deg, -pole, pole, "degrees",
                                    "Height of the eye over the focal point");
     all = {program.add_numbers("--camera-position", position, "X,Y,Z",
-                               "The eye (default: so far off that the model fits)"),
+                               "The eye (default: where the model fills the picture)"),
            program.add_numbers("--camera-focal-point", focal_point, "X,Y,Z",
                                "Point in the middle of the picture (default: the model's centre)"),
            program.add_numbers("--camera-view-up", view_up, "X,Y,Z", "What points up in the picture"),
@@ -38,14 +42,23 @@ std::string CameraOptions::given() const {
     return "";
 }
 
-geom::Camera CameraOptions::camera(geom::Sphere bounds, double aspect) const {
+// From the azimuth and elevation.
+geom::Camera CameraOptions::towards(const geom::Sphere& bounds, std::span<const geom::Sphere> outline,
+                                    double aspect, const glm::dvec3& up) const {
+    const geom::Shot shot{1, geom::kDefaultFps, view_angle_deg, aspect, up};
+    const geom::Camera round = geom::orbit(bounds, shot, {1, azimuth_deg, elevation_deg}).front();
+    const glm::dvec3 c = glm::abs(bounds.centre);
+    // Smaller models are seen from as far as orbit() says, so that rounding does not shake the camera.
+    const bool has_extent = bounds.radius > kLeastExtent * std::max({c.x, c.y, c.z});
+    return has_extent && std::isnan(focal_point[0]) ? geom::framed(round, outline, aspect, kMargin) : round;
+}
+
+geom::Camera CameraOptions::camera(geom::Sphere bounds, std::span<const geom::Sphere> outline,
+                                   double aspect) const {
     if (!std::isnan(focal_point[0])) bounds.centre = {focal_point[0], focal_point[1], focal_point[2]};
     const glm::dvec3 up{view_up[0], view_up[1], view_up[2]};
     if (up == glm::dvec3(0)) throw UsageError("--camera-view-up: 0,0,0 is no direction");
-    if (std::isnan(position[0])) {
-        const geom::Shot shot{1, geom::kDefaultFps, view_angle_deg, aspect, up};
-        return geom::orbit(bounds, shot, {1, azimuth_deg, elevation_deg}).front();
-    }
+    if (std::isnan(position[0])) return towards(bounds, outline, aspect, up);
     for (const CLI::Option* angle : {azimuth, elevation})
         if (angle->count() > 0)
             throw UsageError(angle->get_name() + ": not with --camera-position, which says where the eye is");

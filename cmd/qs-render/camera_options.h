@@ -3,6 +3,7 @@
 
 #include <array>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,9 +28,14 @@ struct CameraOptions {
     // Names the first of the options that was given, if any was.
     std::string given() const;
 
-    // bounds: of the model.  aspect: width / height of the picture.  Throws core::UsageError where the
-    // options contradict each other or the camera looks nowhere.
-    geom::Camera camera(geom::Sphere bounds, double aspect) const;
+    // bounds: of the model.  outline: spheres that hold it more tightly, to fill the picture where neither the eye
+    // nor the focal point was given.  aspect: width / height of the picture.  Throws core::UsageError where
+    // the options contradict each other or the camera looks nowhere.
+    geom::Camera camera(geom::Sphere bounds, std::span<const geom::Sphere> outline, double aspect) const;
+
+  private:
+    geom::Camera towards(const geom::Sphere& bounds, std::span<const geom::Sphere> outline, double aspect,
+                         const glm::dvec3& up) const;
 };
 
 }  // namespace qs_render

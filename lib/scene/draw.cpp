@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "core/stopwatch.h"
+#include "splat/walk.h"
 
 namespace scene {
 
@@ -24,6 +25,20 @@ geom::Sphere bounds_of(std::span<const PlacedModel> models) {
     geom::Sphere all = models[0].bounds();
     for (const PlacedModel& model : models.subspan(1)) all = geom::sphere_around(all, model.bounds());
     return all;
+}
+
+std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models) {
+    constexpr uint32_t kLevel = 4;
+    std::vector<geom::Sphere> spheres;
+    for (const PlacedModel& placed : models) {
+        const splat::Header& header = placed.model->header();
+        splat::walk_cut(*placed.model, kLevel, [&](const splat::Node& node) {
+            const geom::Sphere sphere{header.origin + header.scale * node.centre,
+                                      header.scale * double((1 + splat::kSlack) * node.radius)};
+            spheres.push_back(geom::placed(sphere, placed.world_from_model));
+        });
+    }
+    return spheres;
 }
 
 ModelPainter::ModelPainter(const std::vector<PlacedModel>& models, Painter painter)

@@ -61,6 +61,10 @@ struct ModelPlan {
 // Around all of them; there is one at least.
 geom::Sphere bounds_of(std::span<const PlacedModel> models);
 
+// Spheres that hold all surfaces, some thousand for a model: those of its fourth level, which stand in the first
+// ten kilobytes of the file.
+std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models);
+
 // Draws one or more models again and again; buffers are kept from frame to frame.  Grey models among coloured
 // ones are of the colour (230, 230, 230).
 class ModelPainter {

@@ -17,15 +17,6 @@ namespace {
 
 constexpr size_t kBufferSize = size_t(1) << 20;
 
-// Calls use(node) for each node of the cut.
-template <class Use>
-void for_cut(const Model& model, uint32_t level, const Use& use) {
-    if (level == 0) return use(model.root());
-    walk(model, level, [&](const WalkedNode& n) {
-        if (n.level == level || n.node.children == 0 || n.lacks_children) use(n.node);
-    });
-}
-
 bool needs_double(const Header& h) {
     constexpr double kHalfStep = 0x1p-25, kFinest = 1e-6;  // of a coordinate; of the model's radius
     const double farthest =
@@ -196,10 +187,10 @@ CutWritten write_cut(const Model& model, uint32_t level, core::OutputFile& out) 
                                      h.level_count));
     if (h.has_triangles() && level == h.level_count) return {0, MeshWriter(model, out).write()};
     uint64_t count = 0;
-    for_cut(model, level, [&](const Node&) { ++count; });
+    walk_cut(model, level, [&](const Node&) { ++count; });
     CutWriter writer(h, out);
     writer.write_header(count, level);
-    for_cut(model, level, [&](const Node& node) { writer.add(node); });
+    walk_cut(model, level, [&](const Node& node) { writer.add(node); });
     writer.flush();
     return {count, 0};
 }

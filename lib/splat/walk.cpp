@@ -99,4 +99,12 @@ void walk(const Model& model, uint32_t last_level, const std::function<void(cons
     Walk(model, last_level, use).run();
 }
 
+void walk_cut(const Model& model, uint32_t level, const std::function<void(const Node&)>& use) {
+    const Node root = model.root();
+    if (level == 0 || root.children == 0) return use(root);
+    walk(model, level, [&](const WalkedNode& n) {
+        if (n.level == level || n.node.children == 0 || n.lacks_children) use(n.node);
+    });
+}
+
 }  // namespace splat

@@ -44,4 +44,8 @@ struct WalkedNode {
 // more levels than the header says.
 void walk(const Model& model, uint32_t last_level, const std::function<void(const WalkedNode&)>& use);
 
+// Calls use(node) for what stands for the whole surface at a level: its nodes (0: the root), the leaves above
+// it, and of a prefix the nodes above it whose children are not there.  In the order of the file.
+void walk_cut(const Model& model, uint32_t level, const std::function<void(const Node&)>& use);
+
 }  // namespace splat
