@@ -8,7 +8,7 @@
 namespace gl {
 namespace {
 
-// render/splat_setup.cpp in single precision; the formulas are explained there.
+// render/splat_outline-inl.h in single precision; the formulas are explained there.
 constexpr const char* kVertex = R"(
 layout(location = 0) in vec4 place;   // centre in view space, radius
 layout(location = 1) in vec4 facing;  // normal, flatness
@@ -157,7 +157,7 @@ void main() {
 }
 )";
 
-// render/tile.cpp, for a pixel: what a splat puts into it.
+// render/tile_pixels-inl.h, for a pixel: what a splat puts into it.
 constexpr const char* kFragment = R"(
 flat in vec2 middle;
 flat in vec4 form;

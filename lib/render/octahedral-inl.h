@@ -45,9 +45,8 @@ struct Normals {
     V x, y, z;
 };
 
-template <class D, class VU>
-HWY_INLINE Normals<hn::Vec<D>> octahedral_normals(D d, VU codes) {
-    using V = hn::Vec<D>;
+template <class D, class VU, class V = hn::Vec<D>>
+HWY_INLINE Normals<V> octahedral_normals(D d, VU codes) {
     const hn::RebindToSigned<D> di;
     const V step = hn::Set(d, 1 / kOctahedralSteps);
     const auto both = hn::BitCast(di, codes);

@@ -12,7 +12,7 @@
 // the eye's polar plane, 1/depth = d.u/s for a ray d = (x, y, 1), with u = p + (1/rho^2 - 1) (n.p) n and s =
 // p.u; it runs between the two points where a ray meets the ellipsoid, is linear in the picture, and is
 // bounded where the plane of a flat disc is not.  How the outline is found without cancellation:
-// splat_setup.cpp.
+// splat_outline-inl.h.
 //
 // Of each tile the triangles are drawn first (tile_triangles.h), so that the order in which they came among
 // the splats is of no matter; then a pixel takes only the splats in front of its triangle.

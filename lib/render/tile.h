@@ -17,6 +17,7 @@ namespace render {
 
 inline constexpr int kBlockSize = 4;
 inline constexpr int kBlockPixels = kBlockSize * kBlockSize;
+inline constexpr int kBlocksAcross = kTileWidth / kBlockSize;  // a tile
 inline constexpr int kMaxPlanes = 12;
 inline constexpr size_t kTileStateFloats = size_t(kTileWidth) * kTileHeight * kMaxPlanes;
 

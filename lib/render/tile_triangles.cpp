@@ -18,13 +18,11 @@
 
 #include "render/octahedral-inl.h"
 #include "render/shading-inl.h"
+#include "render/tile_blocks-inl.h"
 
 #ifndef RENDER_TILE_TRIANGLES_ONCE
 #define RENDER_TILE_TRIANGLES_ONCE
 namespace render {
-
-inline constexpr int kBlocksAcross = kTileWidth / kBlockSize;
-inline constexpr int kBlocksDown = kTileHeight / kBlockSize;
 
 // Edge functions in single precision are off by less than this times the sum of their terms' magnitudes:
 // three roundings of what they are made of and three of sums, and room for as many.
@@ -90,18 +88,9 @@ inline uint32_t covered_exactly(const TriangleTile& tile, const PackedTriangle& 
 HWY_BEFORE_NAMESPACE();
 namespace render::HWY_NAMESPACE {
 
-// A block, or an equal part of one.
-using F = hn::CappedTag<float, kBlockPixels>;
-using V = hn::Vec<F>;
-using M = hn::Mask<F>;
-using U = hn::RebindToUnsigned<F>;
 using D = hn::ScalableTag<double>;
 using W = hn::Vec<D>;
 using DF = hn::Rebind<float, D>;
-
-// Pixel offsets of a block's lanes.
-alignas(64) constexpr float kLaneX[kBlockPixels] = {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3};
-alignas(64) constexpr float kLaneY[kBlockPixels] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
 
 struct Corner {
     W x, y, z;
@@ -243,11 +232,6 @@ HWY_INLINE void write_records(const TriangleTile& tile, size_t count) {
             record.least_w = s.least_w[i + lane], record.most_w = s.most_w[i + lane];
         }
     }
-}
-
-HWY_INLINE void store_where(M mask, V value, float* at) {
-    const F d;
-    hn::Store(hn::IfThenElse(mask, value, hn::Load(d, at)), d, at);
 }
 
 // Decides what single precision leaves in doubt.

@@ -14,6 +14,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "render/lanes-inl.h"
 #include "render/octahedral-inl.h"
 
 #ifndef RENDER_TRIANGLE_BINS_ONCE
@@ -39,36 +40,27 @@ struct TrianglesToBin {
 HWY_BEFORE_NAMESPACE();
 namespace render::HWY_NAMESPACE {
 
-using F = hn::ScalableTag<float>;
-using V = hn::Vec<F>;
-using U = hn::RebindToUnsigned<F>;
 static_assert(hn::MaxLanes(F()) <= TrianglesToBin::kMostLanes);
 
 // First and last pixel of an axis whose centres lie in a range of the picture, and of these the raster's.
-struct PixelRange {
+struct SeenPixels {
     V first, last;
     hn::Mask<F> is_seen;
 };
 
-HWY_INLINE PixelRange pixels_between(V low, V high, double principal, int picture, int begin, int size) {
+HWY_INLINE SeenPixels pixels_between(V low, V high, double principal, int picture, int begin, int size) {
     const F d;
     // More than float can be off by.
     const float off_by =
         1.0e-3f + 1.0e-6f * (static_cast<float>(std::abs(principal)) + static_cast<float>(picture));
     const V first = hn::Sub(low, hn::Set(d, 0.5f + off_by)), last = hn::Sub(high, hn::Set(d, 0.5f - off_by));
-    PixelRange range;
+    SeenPixels range;
     range.first = hn::Ceil(hn::Max(first, hn::Zero(d)));
     range.last = hn::Floor(hn::Min(last, hn::Set(d, static_cast<float>(picture - 1))));
     const V seen_first = hn::Max(range.first, hn::Set(d, static_cast<float>(begin)));
     const V seen_last = hn::Min(range.last, hn::Set(d, static_cast<float>(begin + size - 1)));
     range.is_seen = hn::Le(seen_first, seen_last);
     return range;
-}
-
-HWY_INLINE hn::Vec<U> pack_pixels(V x, V y) {
-    const hn::RebindToSigned<F> di;
-    const auto xi = hn::BitCast(U(), hn::ConvertTo(di, x)), yi = hn::BitCast(U(), hn::ConvertTo(di, y));
-    return hn::Or(xi, hn::ShiftLeft<16>(yi));
 }
 
 void find_boxes(const SetupParams& params, const geom::TriangleBatch& batch, TrianglesToBin& out) {
@@ -95,9 +87,9 @@ void find_boxes(const SetupParams& params, const geom::TriangleBatch& batch, Tri
             low_y = k == 0 ? py : hn::Min(low_y, py), high_y = k == 0 ? py : hn::Max(high_y, py);
             nearest = k == 0 ? z : hn::Min(nearest, z);
         }
-        const PixelRange xs =
+        const SeenPixels xs =
             pixels_between(low_x, high_x, principal.x, view.picture_width(), view.margins.left, view.width);
-        const PixelRange ys =
+        const SeenPixels ys =
             pixels_between(low_y, high_y, principal.y, view.picture_height(), view.margins.top, view.height);
         const auto clear = hn::Ge(nearest, hn::Set(d, FLT_MIN));
         const auto unseen = hn::And(clear, hn::Not(hn::And(xs.is_seen, ys.is_seen)));

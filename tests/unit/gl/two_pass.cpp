@@ -33,7 +33,7 @@ void put_record(const SplatRecord& r, const Put& put) {
         }
 }
 
-// render/tile.cpp says how.
+// render/tile_splats-inl.h says how.
 void put_near(const NearSplat& s, const geom::View& view, const Put& put) {
     const glm::dvec3 p{s.px, s.py, s.pz}, n{s.nx, s.ny, s.nz};
     const double c = s.flatness_squared, g = 1 - c, np = glm::dot(n, p);
