@@ -19,8 +19,8 @@ struct Arguments {
     std::string folder;
     fetch::DaemonOptions daemon;
     int64_t clients = 4096, connections = 6, retries = 5;
-    double rate = 0, delay_ms = 0, stall_ms = 10'000, idle_ms = 0;
-    std::string url, range, output;
+    double rate = 0, delay_ms = 0, stall_ms = 10'000, idle_ms = 0, max_age_ms = 600'000;
+    std::string url, range, output, headers;
     double timeout_ms = 60'000;
     uint64_t prefetch_bytes = 0, keep_bytes = 0;
     bool json = false;
@@ -44,12 +44,14 @@ fetch::Connection connect(const Arguments& a, Start start) {
 void serve(Arguments& a) {
     a.daemon.folder = a.folder;
     a.daemon.most_clients = size_t(a.clients);
-    a.daemon.most_retries = unsigned(a.retries);
+    a.daemon.downloads = {.most_retries = unsigned(a.retries), .max_age_s = a.max_age_ms / 1000};
     a.daemon.idle_exit_s = a.idle_ms / 1000;
     a.daemon.transport.connections = unsigned(a.connections);
     a.daemon.transport.bytes_per_s = a.rate / 8;
-    a.daemon.transport.delay_s = a.delay_ms / 1000;
+    a.daemon.transport.round_trip_s = a.delay_ms / 1000;
     a.daemon.transport.stall_s = a.stall_ms / 1000;
+    if (a.headers.empty()) a.headers = fetch::default_header_rules();
+    if (!a.headers.empty()) a.daemon.transport.header_rules = fetch::HeaderRules(a.headers);
     a.daemon.transport.user_agent = std::string("qs-fetch/") + QS_VERSION;
     fetch::Daemon daemon(a.daemon);
     core::notice("listening in " + a.folder);
@@ -80,13 +82,19 @@ ByteRange parse_range(const std::string& text, uint64_t file_bytes) {
     return range;
 }
 
+std::unique_ptr<fetch::RemoteFile> open(fetch::Connection& connection, const Arguments& a) {
+    auto file = connection.open(a.url, a.timeout_ms / 1000);
+    if (!file->note().empty()) core::warn(a.url + ": " + file->note());
+    return file;
+}
+
 void get(const Arguments& a) {
     if (!a.range.empty()) parse_range(a.range, UINT64_MAX);
     core::refuse_binary_to_terminal(!a.output.empty());
     const std::string output = a.output.empty() ? "-" : a.output;
     core::Report report({}, {output});
     fetch::Connection connection = connect(a, Start::if_needed);
-    const auto file = connection.open(a.url, a.timeout_ms / 1000);
+    const auto file = open(connection, a);
     const ByteRange range =
         a.range.empty() ? ByteRange{0, file->bytes() - 1} : parse_range(a.range, file->bytes());
     core::OutputFile out(output);
@@ -105,7 +113,7 @@ void get(const Arguments& a) {
 void prefetch(const Arguments& a) {
     core::Report report({}, {});
     fetch::Connection connection = connect(a, Start::if_needed);
-    const auto file = connection.open(a.url, a.timeout_ms / 1000);
+    const auto file = open(connection, a);
     const uint64_t bytes = std::min(a.prefetch_bytes, file->bytes());
     core::Progress progress("fetching", bytes);
     uint64_t done = 0;
@@ -157,11 +165,15 @@ CLI::App& add_serve(core::Program& program, Arguments& a) {
                        "Give up a request that gets nothing for so long");
     app.add_option("--cacert", a.daemon.transport.ca_file, "Certificates to trust instead of the system's")
         ->type_name("FILE");
+    app.add_option("--headers", a.headers, "Header fields to be let in (default ~/.config/qs-fetch/headers)")
+        ->type_name("FILE");
+    core::add_duration(app, "--max-age", a.max_age_ms, 0, 365.0 * 86'400'000,
+                       "Ask at opening whether a file has changed when nothing came for so long");
     core::add_integer(app, "--clients", a.clients, 1, 100'000, "To serve at a time");
     core::add_duration(app, "--idle-exit", a.idle_ms, 0, 86'400'000,
                        "End when there was no client for so long; 0 for never");
     core::add_rate(app, "--limit-rate", a.rate, "Try out a slow link: bits a second, as in 384k or 8M");
-    core::add_duration(app, "--delay", a.delay_ms, 0, 60'000, "Try out a long way: added to each answer");
+    core::add_duration(app, "--delay", a.delay_ms, 0, 60'000, "Try out a long way: its round trip");
     return app;
 }
 

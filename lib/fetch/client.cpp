@@ -53,6 +53,10 @@ pid_t start_daemon(const ClientOptions& options) {
     return pid;
 }
 
+bool is_note(Reason reason) {
+    return reason == Reason::renewed || reason == Reason::unchecked;
+}
+
 uint64_t length_of(int fd) {
     struct stat status = {};
     return ::fstat(fd, &status) == 0 ? uint64_t(status.st_size) : 0;
@@ -171,7 +175,7 @@ void Connection::take(const Reply& reply, std::vector<Descriptor>& descriptors) 
             file.is_replaced_ = reply.reason == Reason::replaced;
             return;
         case ReplyKind::trouble:
-            file.trouble_ = reply.text;
+            (is_note(reply.reason) ? file.note_ : file.trouble_) = reply.text;
             return;
         case ReplyKind::arrived:
             file.trouble_.clear();

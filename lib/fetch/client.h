@@ -48,6 +48,9 @@ class RemoteFile {
     bool is_replaced() const { return is_replaced_; }
     // Why nothing more comes; empty where more may come.
     const std::string& failure() const { return failure_; }
+    // What is to be known about the version that was opened: that it took the place of a cached one, or that
+    // the server could not be asked; empty where neither.
+    const std::string& note() const { return note_; }
     // What is being tried again; empty where a block has come since it was told.
     const std::string& trouble() const { return trouble_; }
 
@@ -63,7 +66,7 @@ class RemoteFile {
     uint32_t block_bytes_ = kBlockBytes;
     FileMap data_, map_, use_;
     BlockStates states_;
-    std::string failure_, trouble_;
+    std::string failure_, trouble_, note_;
 };
 
 struct ClientOptions {

@@ -217,7 +217,7 @@ void Daemon::State::Client::drop(const std::string& why) {
 Daemon::State::State(const DaemonOptions& given)
     : options(given),
       store(options.folder, options.limit_bytes),
-      downloads(loop, store, options.transport, options.most_retries),
+      downloads(loop, store, options.transport, options.downloads),
       listener(inherited_socket()) {
     allow_many_descriptors();
     if (!listener) {
@@ -305,6 +305,7 @@ core::Json Daemon::State::status() {
             {"files_open", downloads.size()},
             {"opens", counts.opens},
             {"opens_from_cache", counts.opens_from_cache},
+            {"checks", counts.checks},
             {"requests", transport.requests},
             {"requests_in_flight", downloads.requests_in_flight()},
             {"header_bytes", transport.header_bytes},

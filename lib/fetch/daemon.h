@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "fetch/downloads.h"
 #include "fetch/transport.h"
 
 namespace fetch {
@@ -19,7 +20,7 @@ struct DaemonOptions {
     std::string folder;                        // of the cache
     uint64_t limit_bytes = uint64_t{8} << 30;  // of disk space
     size_t most_clients = 4096;
-    unsigned most_retries = 5;
+    DownloadOptions downloads;
     double idle_exit_s = 0;  // without a client, after which it ends; 0: never
     TransportOptions transport;
 };

@@ -31,8 +31,9 @@ class Subscriber {
     virtual ~Subscriber() = default;
     virtual void opened(const Entry& entry) = 0;  // once
     virtual void arrived() = 0;                   // once for each want(), from within it perhaps
-    virtual void ended(Reason reason, const std::string& why) = 0;    // the last call
-    virtual void trouble(Reason reason, const std::string& why) = 0;  // it is being tried again
+    virtual void ended(Reason reason, const std::string& why) = 0;  // the last call
+    // It is being tried again; or, before opened(), what is to be known about the version that opens.
+    virtual void trouble(Reason reason, const std::string& why) = 0;
 };
 
 // A file that a subscriber has open; closed when destroyed.
@@ -59,14 +60,20 @@ class Subscription {
 };
 
 struct DownloadCounts {
-    uint64_t opens = 0, opens_from_cache = 0, blocks_stored = 0, retries = 0, changed = 0;
+    uint64_t opens = 0, opens_from_cache = 0, checks = 0, blocks_stored = 0, retries = 0, changed = 0;
+};
+
+struct DownloadOptions {
+    unsigned most_retries = 5;  // failures in a row of a file until its subscribers are told that it is over
+    // What the server has not confirmed for so long is asked about when it is opened; 0: always.
+    double max_age_s = 600;
 };
 
 // Not thread-safe; runs in the event loop.
 class Downloads {
   public:
-    // `most_retries`: failures in a row of a file until its subscribers are told that it is over.
-    Downloads(EventLoop& loop, Store& store, const TransportOptions& transport, unsigned most_retries);
+    Downloads(EventLoop& loop, Store& store, const TransportOptions& transport,
+              const DownloadOptions& options);
     ~Downloads();
 
     // Throws core::Error where it is no URL of http or https.
@@ -98,7 +105,7 @@ class Downloads {
 
     EventLoop& loop_;
     Store& store_;
-    unsigned most_retries_;
+    DownloadOptions options_;
     DownloadCounts counts_;
     std::map<std::string, std::unique_ptr<Server>> servers_;
     std::map<std::string, std::shared_ptr<Download>> downloads_;  // by URL

@@ -55,7 +55,7 @@ std::vector<Want> take_wants(Reader& in) {
 
 Reason take_reason(Reader& in) {
     const uint32_t reason = in.take<uint32_t>();
-    if (reason > uint32_t(Reason::full)) in.fail("its reason is unknown");
+    if (reason > uint32_t(Reason::unchecked)) in.fail("its reason is unknown");
     return Reason(reason);
 }
 

@@ -14,7 +14,9 @@
 //     opened  kind, stream, file's bytes (64 bits), block bytes; with descriptors of data, map and use map
 //     arrived kind, stream: a block of the last want is there; once for each want
 //     ended   kind, stream, reason, text: nothing more will come of this stream
-//     trouble kind, stream, reason, text: it is being tried again
+//     trouble kind, stream, reason, text: it is being tried again; before opened, with the reasons renewed
+//     and
+//             unchecked, what is to be known about the version that opens
 //     answer  kind, is_right, text: to status, evict, stop; JSON, or why not
 //
 // Numbers are 32 bits where nothing is said.
@@ -38,7 +40,7 @@ constexpr const char* kSocketName = "socket";  // in the folder of the cache
 
 enum class RequestKind : uint32_t { open = 1, want, close, status, evict, stop };
 enum class ReplyKind : uint32_t { opened = 101, arrived, ended, trouble, answer };
-enum class Reason : uint32_t { failed, replaced, full };
+enum class Reason : uint32_t { failed, replaced, full, renewed, unchecked };
 
 struct Request {
     RequestKind kind = RequestKind::status;

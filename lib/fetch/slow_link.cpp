@@ -4,27 +4,65 @@
 
 namespace fetch {
 
-void SlowLink::pass(uint64_t bytes, std::function<void()> arrive) {
+namespace {
+
+constexpr double kFirstWindow = 10 * 1460, kMostWindow = 1 << 30;
+
+}  // namespace
+
+void SlowLink::connect(long connection, int round_trips) {
+    Connection made;
+    made.open_at = steady_seconds() + round_trips * round_trip_s_;
+    connections_[connection] = made;
+}
+
+double SlowLink::after_round_trips(Connection& connection, uint64_t bytes, double now) const {
+    double ready = std::max({std::max(now, connection.open_at) + round_trip_s_, connection.last});
+    if (connection.window == 0) connection.window = kFirstWindow;
+    const double next_round = connection.round_began + round_trip_s_;
+    const bool is_full = connection.in_round + double(bytes) > connection.window;
+    if (ready >= next_round || is_full) {
+        ready = std::max(ready, next_round);
+        if (2 * (connection.in_round + double(bytes)) > connection.window)
+            connection.window = std::min(2 * connection.window, kMostWindow);
+        connection.round_began = ready;
+        connection.in_round = 0;
+    }
+    connection.in_round += double(bytes);
+    connection.last = ready;
+    return ready;
+}
+
+void SlowLink::pass(long connection, uint64_t bytes, std::function<void()> arrive) {
     if (!is_slow()) {
         arrive();
         return;
     }
-    const double now = steady_seconds();
-    free_at_ = std::max(free_at_, now + delay_s_) + (bytes_per_s_ > 0 ? double(bytes) / bytes_per_s_ : 0);
-    packets_.push_back({free_at_, std::move(arrive)});
-    if (timer_ == 0) timer_ = loop_.after(free_at_ - now, [this] { this->arrive(); });
+    const double ready = after_round_trips(connections_[connection], bytes, steady_seconds());
+    const auto added = waiting_.emplace(ready, Packet{bytes, std::move(arrive)});
+    if (added == waiting_.begin()) schedule();
+}
+
+double SlowLink::first_due() const {
+    const auto& [ready, packet] = *waiting_.begin();
+    return std::max(free_at_, ready) + (bytes_per_s_ > 0 ? double(packet.bytes) / bytes_per_s_ : 0);
+}
+
+void SlowLink::schedule() {
+    loop_.cancel(timer_);
+    timer_ = 0;
+    if (!waiting_.empty())
+        timer_ = loop_.after(std::max(0.0, first_due() - steady_seconds()), [this] { arrive(); });
 }
 
 void SlowLink::arrive() {
-    timer_ = 0;
     const double now = steady_seconds();
-    while (!packets_.empty() && packets_.front().due <= now) {
-        const Packet packet = std::move(packets_.front());
-        packets_.pop_front();
-        packet.arrive();
+    while (!waiting_.empty() && first_due() <= now) {
+        free_at_ = first_due();
+        const auto first = waiting_.extract(waiting_.begin());
+        first.mapped().arrive();
     }
-    if (!packets_.empty() && timer_ == 0)
-        timer_ = loop_.after(packets_.front().due - now, [this] { this->arrive(); });
+    schedule();
 }
 
 }  // namespace fetch

@@ -184,6 +184,14 @@ void Entry::note_use(uint32_t first, uint32_t last) {
     }
 }
 
+void Entry::confirm() {
+    const int64_t now = ::time(nullptr);
+    if (now == confirmed_at_) return;
+    confirmed_at_ = now;
+    // Where this fails, the server is asked once more.
+    ::futimens(facts_file_.get(), nullptr);
+}
+
 void Entry::mark_replaced() {
     std::atomic_ref(reinterpret_cast<MapHeader*>(map_.data())->is_replaced).store(1);
 }
@@ -199,6 +207,9 @@ void Entry::open_parts(int folder, const std::string& name) {
     sums_ = open("sums", O_RDWR);
     map_file_ = open("map", O_RDWR);
     use_ = open("use", O_RDWR);
+    facts_file_ = open("facts", O_RDONLY);
+    struct stat facts = {};
+    if (::fstat(facts_file_.get(), &facts) == 0) confirmed_at_ = facts.st_mtim.tv_sec;
     data_for_clients_ = open("data", O_RDONLY);
     map_for_clients_ = open("map", O_RDONLY);
     if (length_of(data_.get()) != facts_.bytes ||

@@ -20,7 +20,7 @@
 //   data   the file's bytes at their places; holes where nothing has come
 //   sums   8 bytes a block, XXH3 of its bytes; its place is that of the block's number
 //   map    which blocks are there, block_map.h        use    when each chunk was last read, block_map.h
-//   facts  JSON: url, bytes, block_bytes, etag, last_modified
+//   facts  JSON: url, bytes, block_bytes, etag, last_modified; modified when the server last confirmed them
 //
 // One thread, one process (the folder is locked); clients read the data and the map at the same time.
 #pragma once
@@ -66,6 +66,11 @@ class Entry {
     void put(uint32_t first, std::span<const std::byte> bytes);
     uint64_t present_count() const { return present_count_; }
 
+    // When the server last said that this is its version, seconds of the system's clock, which may have been
+    // set since.
+    int64_t confirmed_at() const { return confirmed_at_; }
+    void confirm();
+
     // The clients' map says from now on that the server has another version.
     void mark_replaced();
 
@@ -85,12 +90,13 @@ class Entry {
     FileFacts facts_;
     std::string name_;  // for messages
     uint32_t block_bytes_ = kBlockBytes;
-    Descriptor data_, sums_, map_file_, use_, data_for_clients_, map_for_clients_;
+    Descriptor data_, sums_, map_file_, use_, facts_file_, data_for_clients_, map_for_clients_;
     FileMap map_;
     BlockStates states_;
     uint64_t present_count_ = 0;
     uint64_t allocated_ = 0;  // bytes on disk
     uint32_t noted_chunk_ = 0, noted_use_ = 0;
+    int64_t confirmed_at_ = 0;
 };
 
 class Store {

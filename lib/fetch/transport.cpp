@@ -1,7 +1,10 @@
 #include "fetch/transport.h"
 
 #include <curl/curl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/epoll.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <ctime>
@@ -9,6 +12,7 @@
 #include <vector>
 
 #include "fetch/http_fields.h"
+#include "fetch/slow_link.h"
 
 namespace fetch {
 
@@ -39,17 +43,10 @@ RangeEnd ended(RangeEnd::Verdict verdict, std::string reason) {
     return {verdict, std::move(reason), -1, 0};
 }
 
-bool is_known_and_other(const std::string& before, const std::string& now) {
-    return !before.empty() && !now.empty() && before != now;
-}
-
-bool is_other_version(const Validator& before, const Validator& now) {
-    return is_known_and_other(before.etag, now.etag) ||
-           is_known_and_other(before.last_modified, now.last_modified);
-}
-
-std::string asked_for(const RangeRequest& request) {
-    return core::text("asked for bytes %llu-%llu, ", as_llu(request.first), as_llu(request.last));
+// A connection whose other end has silently gone is found out in as long as a request that gets nothing.
+int set_user_timeout(void* stall_ms, curl_socket_t fd, curlsocktype) {
+    ::setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, stall_ms, sizeof(unsigned));
+    return CURL_SOCKOPT_OK;
 }
 
 }  // namespace
@@ -87,19 +84,27 @@ struct Transport::Transfer {
     HttpFields fields;
     size_t header_bytes = 0;
     uint64_t expected = 0, got = 0, discarded = 0;
+    double last_byte = steady_seconds();
+    EventLoop::TimerId stall_timer = 0;
+    long connection = 0;  // its number for the slow link; 0: there is none yet
     bool is_judged = false, is_accepted = false, is_length_sure = false;
+    bool may_follow = true;       // redirects
     std::vector<std::byte> held;  // of a body whose length is not sure before its end
     RangeEnd end;
 
     Transfer(State& state, const RangeRequest& asked, std::shared_ptr<RangeSink> to)
         : transport(state), request(asked), sink(std::move(to)) {}
-    ~Transfer() { curl_slist_free_all(lines); }
+    ~Transfer() {
+        transport_loop().cancel(stall_timer);
+        curl_slist_free_all(lines);
+    }
 
+    EventLoop& transport_loop() const;
     void set_up();
-    void judge();
-    void accept(const ContentRange& range);
-    RangeEnd verdict_of_status() const;
-    RangeEnd verdict_of_whole_file() const;
+    void set_header_lines();
+    void watch_stall();
+    void find_connection();
+    void judge_header();
     bool take_header(std::string_view line);
     bool take_body(std::span<const std::byte> bytes);
     void hand_on(std::span<const std::byte> bytes);
@@ -113,12 +118,16 @@ struct Transport::State {
     SlowLink link;
     CURLM* multi;
     TransportCounts counts;
+    unsigned stall_ms;
     EventLoop::TimerId timer = 0;
     std::unordered_map<CURL*, std::unique_ptr<Transfer>> transfers;
     std::vector<CURL*> spare;
 
     State(EventLoop& event_loop, TransportOptions given)
-        : loop(event_loop), options(std::move(given)), link(loop, options.bytes_per_s, options.delay_s) {
+        : loop(event_loop),
+          options(std::move(given)),
+          link(loop, options.bytes_per_s, options.round_trip_s),
+          stall_ms(unsigned(options.stall_s * 1000)) {
         start_curl();
         multi = curl_multi_init();
         if (!multi) throw core::Error("libcurl: cannot be started");
@@ -143,6 +152,7 @@ struct Transport::State {
     static int on_timer(CURLM*, long ms, void* self);
     void act(curl_socket_t fd, int events);
     void end_finished();
+    void end(CURL* easy, CURLcode code);
 };
 
 // ---- libcurl's socket interface ----
@@ -187,18 +197,24 @@ void Transport::State::end_finished() {
     int left = 0;
     while (const CURLMsg* message = curl_multi_info_read(multi, &left)) {
         if (message->msg != CURLMSG_DONE) continue;
-        CURL* const easy = message->easy_handle;
-        const CURLcode code = message->data.result;
-        const auto found = transfers.find(easy);
-        const std::unique_ptr<Transfer> transfer = std::move(found->second);
-        transfers.erase(found);
-        curl_multi_remove_handle(multi, easy);
-        transfer->finish(code);
-        spare.push_back(easy);
+        end(message->easy_handle, message->data.result);
     }
 }
 
+void Transport::State::end(CURL* easy, CURLcode code) {
+    const auto found = transfers.find(easy);
+    const std::unique_ptr<Transfer> transfer = std::move(found->second);
+    transfers.erase(found);
+    curl_multi_remove_handle(multi, easy);
+    transfer->finish(code);
+    spare.push_back(easy);
+}
+
 // ---- a transfer ----
+
+EventLoop& Transport::Transfer::transport_loop() const {
+    return transport.loop;
+}
 
 void Transport::Transfer::set_up() {
     const TransportOptions& options = transport.options;
@@ -208,7 +224,6 @@ void Transport::Transfer::set_up() {
     set(CURLOPT_URL, request.url.c_str());
     set(CURLOPT_PROTOCOLS_STR, "http,https");
     set(CURLOPT_REDIR_PROTOCOLS_STR, is_https ? "https" : "http,https");
-    set(CURLOPT_FOLLOWLOCATION, 1L);
     set(CURLOPT_MAXREDIRS, kMostRedirects);
     set(CURLOPT_HTTP_VERSION, long(CURL_HTTP_VERSION_2TLS));
     set(CURLOPT_PIPEWAIT, is_https ? 1L : 0L);
@@ -216,17 +231,13 @@ void Transport::Transfer::set_up() {
     set(CURLOPT_NOSIGNAL, 1L);
     set(CURLOPT_NETRC, long(CURL_NETRC_OPTIONAL));
     set(CURLOPT_CONNECTTIMEOUT_MS, kConnectMs);
-    set(CURLOPT_LOW_SPEED_LIMIT, 1L);
-    set(CURLOPT_LOW_SPEED_TIME, std::max(1L, long(options.stall_s)));
+    set(CURLOPT_SOCKOPTFUNCTION, set_user_timeout);
+    set(CURLOPT_SOCKOPTDATA, &transport.stall_ms);
     set(CURLOPT_BUFFERSIZE, 128L * 1024);
     set(CURLOPT_USERAGENT, options.user_agent.c_str());
     if (!options.ca_file.empty()) set(CURLOPT_CAINFO, options.ca_file.c_str());
     set(CURLOPT_RANGE, core::text("%llu-%llu", as_llu(request.first), as_llu(request.last)).c_str());
-    lines = curl_slist_append(lines, "Accept-Encoding: identity");
-    const std::string validator = strong_validator(request.validator);
-    if (request.may_send_if_range && !validator.empty())
-        lines = curl_slist_append(lines, ("If-Range: " + validator).c_str());
-    set(CURLOPT_HTTPHEADER, lines);
+    set_header_lines();
     using Callback = size_t (*)(char*, size_t, size_t, void*);
     const Callback header = [](char* data, size_t, size_t size, void* self) -> size_t {
         return static_cast<Transfer*>(self)->take_header({data, size}) ? size : 0;
@@ -240,7 +251,31 @@ void Transport::Transfer::set_up() {
     set(CURLOPT_WRITEDATA, this);
 }
 
+void Transport::Transfer::set_header_lines() {
+    const auto add = [&](const std::string& line) { lines = curl_slist_append(lines, line.c_str()); };
+    add("Accept-Encoding: identity");
+    if (const std::string condition = request.condition(); !condition.empty()) add(condition);
+    const std::vector<std::string> given = transport.options.header_rules.fields_for(request.url);
+    for (const std::string& field : given) add(field);
+    curl_easy_setopt(easy, CURLOPT_HTTPHEADER, lines);
+    // libcurl would carry them on to another server.
+    may_follow = given.empty();
+    curl_easy_setopt(easy, CURLOPT_FOLLOWLOCATION, long(may_follow));
+}
+
+void Transport::Transfer::watch_stall() {
+    const double left = last_byte + transport.options.stall_s - steady_seconds();
+    stall_timer = transport.loop.after(std::max(0.0, left), [this, left] {
+        stall_timer = 0;
+        if (left <= 0)
+            transport.end(easy, CURLE_OPERATION_TIMEDOUT);
+        else
+            watch_stall();
+    });
+}
+
 bool Transport::Transfer::take_header(std::string_view line) {
+    last_byte = steady_seconds();
     header_bytes += line.size();
     if (header_bytes > kMostHeaderBytes) {
         end = ended(RangeEnd::Verdict::refused, "server sent more than 64 KiB of header");
@@ -251,82 +286,35 @@ bool Transport::Transfer::take_header(std::string_view line) {
     return true;
 }
 
-RangeEnd Transport::Transfer::verdict_of_whole_file() const {
-    // An answer to If-Range may be that the file has changed, or that the server does not trust the
-    // validator.
-    const bool has_asked_if =
-        request.total > 0 && request.may_send_if_range && !strong_validator(request.validator).empty();
-    curl_off_t length = -1;
-    curl_easy_getinfo(easy, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &length);
-    const bool is_other = is_other_version(request.validator, fields.validator) ||
-                          (length >= 0 && request.total > 0 && uint64_t(length) != request.total);
-    if (is_other && request.total > 0)
-        return ended(RangeEnd::Verdict::changed, "the file has changed at the server");
-    if (has_asked_if)
-        return ended(RangeEnd::Verdict::no_if_range, "server does not compare what it sent before");
-    return ended(RangeEnd::Verdict::no_ranges, asked_for(request) + "server sent 200 without ranges");
+// Connections are told apart by their ports here.
+void Transport::Transfer::find_connection() {
+    long made = 0;
+    curl_easy_getinfo(easy, CURLINFO_LOCAL_PORT, &connection);
+    curl_easy_getinfo(easy, CURLINFO_NUM_CONNECTS, &made);
+    if (made > 0) transport.link.connect(connection, request.url.starts_with("https:") ? 2 : 1);
 }
 
-RangeEnd Transport::Transfer::verdict_of_status() const {
-    const int status = fields.status;
-    if (status == 200) return verdict_of_whole_file();
-    if (status == 416) {
-        if (request.total > 0)
-            return ended(RangeEnd::Verdict::changed, "the file has become shorter at the server");
-        const bool is_empty = fields.content_range && fields.content_range->total == 0;
-        return ended(RangeEnd::Verdict::refused,
-                     is_empty ? "the file is empty" : asked_for(request) + "server answered 416");
-    }
-    RangeEnd answer = ended(RangeEnd::Verdict::refused, core::text("server answered %d", status));
-    const bool is_busy = status == 429 || (status == 503 && fields.retry_after_s);
-    if (is_busy)
-        answer.verdict = RangeEnd::Verdict::busy;
-    else if (status >= 500 || status == 408 || status == 425)
-        answer.verdict = RangeEnd::Verdict::retry;
-    if (fields.retry_after_s) answer.retry_after_s = double(*fields.retry_after_s);
-    return answer;
-}
-
-void Transport::Transfer::judge() {
+void Transport::Transfer::judge_header() {
     is_judged = true;
-    if (fields.status != 206) {
-        end = verdict_of_status();
-        return;
-    }
-    const auto refuse = [&](const std::string& reason) { end = ended(RangeEnd::Verdict::refused, reason); };
-    if (!fields.content_encoding.empty())
-        return refuse(asked_for(request) + "server sent them encoded as " + fields.content_encoding);
-    if (fields.is_multipart) return refuse(asked_for(request) + "server sent several parts");
-    if (fields.has_bad_content_range || !fields.content_range || !fields.content_range->has_bytes)
-        return refuse(asked_for(request) +
-                      "server sent 206 without a Content-Range that says which and of how many");
-    const ContentRange& range = *fields.content_range;
-    if (range.first != request.first || range.last > request.last)
-        return refuse(asked_for(request) +
-                      core::text("server sent bytes %llu-%llu", as_llu(range.first), as_llu(range.last)));
-    if (request.total > 0 &&
-        (range.total != request.total || is_other_version(request.validator, fields.validator))) {
-        end = ended(RangeEnd::Verdict::changed, "the file has changed at the server");
-        return;
-    }
+    find_connection();
     curl_off_t length = -1;
     curl_easy_getinfo(easy, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &length);
-    expected = range.last - range.first + 1;
-    if (length >= 0 && uint64_t(length) != expected)
-        return refuse(core::text("server sent bytes %llu-%llu and a length of %llu", as_llu(range.first),
-                                 as_llu(range.last), as_llu(uint64_t(length))));
     is_length_sure = length >= 0;
-    accept(range);
-}
-
-void Transport::Transfer::accept(const ContentRange& range) {
-    is_accepted = true;
-    const RangeHead head{range.total, fields.validator, range.last};
-    transport.link.pass(header_bytes, [to = sink, head] { to->head(head); });
+    Judgement judgement =
+        judge(request, fields, is_length_sure ? std::optional(uint64_t(length)) : std::nullopt);
+    is_accepted = judgement.is_accepted;
+    expected = judgement.expected;
+    end = std::move(judgement.end);
+    if (fields.status / 100 == 3 && !may_follow)
+        end.reason += "; no redirect is followed where --headers has a line";
+    if (!is_accepted) return;
+    const RangeHead head{fields.content_range->total, fields.validator, fields.content_range->last};
+    transport.link.pass(connection, header_bytes, [to = sink, head] { to->head(head); });
 }
 
 bool Transport::Transfer::take_body(std::span<const std::byte> bytes) {
-    if (!is_judged) judge();
+    last_byte = steady_seconds();
+    if (!is_judged) judge_header();
     if (!is_accepted) {
         discarded += bytes.size();
         const bool is_whole_file = fields.status == 200 || fields.status == 206;
@@ -354,7 +342,7 @@ void Transport::Transfer::hand_on(std::span<const std::byte> bytes) {
     for (; !bytes.empty(); bytes = bytes.subspan(std::min(bytes.size(), kPacketBytes))) {
         const auto packet = bytes.first(std::min(bytes.size(), kPacketBytes));
         transport.link.pass(
-            packet.size(),
+            connection, packet.size(),
             [to = sink, copy = std::vector<std::byte>(packet.begin(), packet.end())] { to->bytes(copy); });
     }
 }
@@ -380,14 +368,14 @@ RangeEnd Transport::Transfer::verdict_of_failure(CURLcode code) const {
             return ended(RangeEnd::Verdict::refused, reason);
         case CURLE_OPERATION_TIMEDOUT:
             return ended(RangeEnd::Verdict::retry,
-                         core::text("server sent nothing for %.0f s", transport.options.stall_s));
+                         core::text("server sent nothing for %.3g s", transport.options.stall_s));
         default:
             return ended(RangeEnd::Verdict::retry, reason);
     }
 }
 
 void Transport::Transfer::finish(CURLcode code) {
-    if (!is_judged && fields.status != 0 && code == CURLE_OK) judge();
+    if (!is_judged && fields.status != 0 && code == CURLE_OK) judge_header();
     if (is_accepted && code == CURLE_OK && got == expected) {
         hand_on(held);
     } else if (!is_judged || (is_accepted && end.verdict == RangeEnd::Verdict::done)) {
@@ -400,7 +388,7 @@ void Transport::Transfer::finish(CURLcode code) {
             version >= CURL_HTTP_VERSION_2_0 ? transport.options.streams : transport.options.connections;
     transport.counts.header_bytes += header_bytes;
     // A refusal passes the link too, or it would come before what was asked for earlier.
-    transport.link.pass(is_accepted ? 0 : header_bytes,
+    transport.link.pass(connection, is_accepted ? 0 : header_bytes,
                         [to = std::move(sink), end = std::move(end)] { to->end(end); });
 }
 
@@ -424,6 +412,7 @@ void Transport::start(const RangeRequest& request, std::shared_ptr<RangeSink> si
     auto transfer = std::make_unique<Transfer>(state, request, std::move(sink));
     transfer->easy = easy;
     transfer->set_up();
+    transfer->watch_stall();
     ++state.counts.requests;
     state.transfers[easy] = std::move(transfer);
     curl_multi_add_handle(state.multi, easy);

@@ -2,10 +2,8 @@
 // where the server speaks HTTP/2.  Everything that can be wrong with an answer is found before its bytes are
 // handed on.
 //
-// What is checked: the status; that Content-Range begins where it was asked to and ends no later; that the
-// length of the body is that of the range; that nothing is encoded; that entity tag, time of modification and
-// total size are those of the first answer; that certificates are good; that redirects, 5 at most, go to http
-// or https, and never from https to http.
+// What is checked: what verdict.h says; that the body is as long as its header says; that certificates are
+// good; that redirects, 5 at most, go to http or https, and never from https to http.
 #pragma once
 
 #include <cstdint>
@@ -14,39 +12,15 @@
 #include <string>
 
 #include "fetch/event_loop.h"
-#include "fetch/slow_link.h"
-#include "fetch/store.h"
+#include "fetch/header_rules.h"
+#include "fetch/verdict.h"
 
 namespace fetch {
-
-struct RangeRequest {
-    std::string url;
-    uint64_t first = 0, last = 0;  // bytes, both included
-    uint64_t total = 0;            // of the first answer; 0: this is the first
-    Validator validator;           // of the first answer
-    bool may_send_if_range = true;
-};
 
 struct RangeHead {
     uint64_t total = 0;
     Validator validator;
     uint64_t last = 0;  // what comes; a server may send less than it was asked for
-};
-
-struct RangeEnd {
-    enum class Verdict {
-        done,
-        retry,        // this time it did not work; what has come is right
-        busy,         // the server asks to be left alone for a while
-        refused,      // it will not work the next time either
-        no_ranges,    // the server sends whole files only
-        no_if_range,  // the server sends the whole of this very version: ask again without If-Range
-        changed,      // the server has another version of the file
-    };
-    Verdict verdict = Verdict::done;
-    std::string reason;         // without the URL: "server answered 404"; empty for done
-    double retry_after_s = -1;  // what the server asked for; negative: nothing
-    unsigned streams = 0;       // requests that may run on the server's connections at a time; 0: not known
 };
 
 // Gets an answer, in turn: head() once, bytes() in the order of the file and never more than head().last
@@ -64,8 +38,9 @@ struct TransportOptions {
     unsigned connections = 6;  // to a server, with HTTP/1.1
     unsigned streams = 100;    // with HTTP/2
     std::string ca_file;       // certificates to trust instead of the system's
+    HeaderRules header_rules;  // where one is for a URL, redirects of it are not followed
     std::string user_agent = "qs-fetch";
-    double bytes_per_s = 0, delay_s = 0;  // a slow link to try out, slow_link.h
+    double bytes_per_s = 0, round_trip_s = 0;  // a slow link to try out, slow_link.h
 };
 
 struct TransportCounts {

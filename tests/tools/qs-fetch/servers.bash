@@ -124,3 +124,81 @@ counter() { fetch status --json | python3 -c 'import json, sys; print(json.load(
 without_port() { sed "s/:$port/:PORT/g"; }
 
 same() { cmp "$1" "$2" && echo "$3: same bytes"; } # FILE FILE NAME
+
+# ---- configurations of qs-hosting(7) ----
+
+# The example of the page that begins with a line.
+from_hosting_page() { # FIRST_LINE
+    awk -v first="$1" '
+        /^\.EX/ { at = NR }
+        /^\.EE/ { inside = 0 }
+        NR == at + 1 && $0 == first { inside = found = 1 }
+        inside { gsub(/\\\(aq/, "\047"); gsub(/\\\(ha/, "^"); gsub(/\\-/, "-"); print }
+        END { exit !found }' "$QS_SOURCE/man/qs-hosting.7" || echo "qs-hosting(7) has no example that begins with $1" >&2
+}
+
+# The page's configuration as this case can run it: other folders, ports, names and files of passwords.
+hosting_config() { # FIRST_LINE
+    from_hosting_page "$1" | sed -E -e "s|/srv/models|$PWD/www|g; s|/etc/ssl/models|$PWD/tls|g; s|/etc/[a-z0-9]+/models.users|$PWD/users|" \
+        -e "s|https://models.example.org|https://127.0.0.1:$tls_port|; s|models.example.org|127.0.0.1|" \
+        -e 's|https://\$host|https://127.0.0.1:TLS|; s|https://\$\{url.authority\}|https://127.0.0.1:TLS|' \
+        -e "s|127.0.0.1:TLS|127.0.0.1:$tls_port|; s|listen 80;|listen 127.0.0.1:$port;|; s|listen 443|listen 127.0.0.1:$tls_port|" \
+        -e "s|\*:80>|127.0.0.1:$port>|; s|\*:443>|127.0.0.1:$tls_port>|; s|\":443\"|\"127.0.0.1:$tls_port\"|"
+}
+
+# What the page's servers serve, and what they are asked with.
+prepare_hosting() {
+    needs openssl curl
+    make_file model.qs 300001
+    mkdir -p www/members www/partners tls
+    cp www/model.qs www/members/
+    cp www/model.qs www/partners/
+    openssl req -x509 -newkey rsa:2048 -nodes -days 2 -keyout tls/key.pem -out tls/chain.pem -subj /CN=localhost \
+        -addext subjectAltName=IP:127.0.0.1 2> /dev/null
+    echo "reader:$(openssl passwd -apr1 secret)" > users
+    open_to_all www
+    open_to_all users
+    port=$(free_port) tls_port=$(free_port)
+}
+
+# Everything that the page promises of a server.
+check_hosting() {
+    local url=https://127.0.0.1:$tls_port
+    ask() { curl -s --cacert tls/chain.pem -D head -o body "$@"; }
+    field() { tr -d '\r' < head | sed -n "s/^$1: *//Ip"; }
+    start_daemon --cacert tls/chain.pem --max-age 0
+    for place in model.qs members/model.qs partners/model.qs; do
+        fetch get "$url/$place" -o got 2>&1 | without_ports
+        [[ -e got ]] && same got www/model.qs "$place for everybody" && rm got
+    done
+    fetch get "http://127.0.0.1:$port/model.qs" -o got && same got www/model.qs "by way of http"
+    fetch stop
+    from_hosting_page "machine models.example.org login reader password secret" | sed 's/models.example.org/127.0.0.1/' > .netrc
+    from_hosting_page "https://models.example.org/partners/ Authorization: Bearer 0123456789" |
+        sed "s/models.example.org/127.0.0.1:$tls_port/" > fields
+    chmod 600 .netrc fields
+    start_daemon --cacert tls/chain.pem --max-age 0 --headers fields
+    fetch get "$url/members/model.qs" -o got && same got www/model.qs "by password"
+    fetch get "$url/partners/model.qs" -o got && same got www/model.qs "by header field"
+    ask -r 0-1023 -H 'Accept-Encoding: gzip' "$url/model.qs"
+    cmp body <(head -c 1024 www/model.qs) && echo "range: $(head -n 1 head | grep -o 'HTTP/2 206'), $(field content-range), encoding: $(field content-encoding)"
+    echo "caching: $(field cache-control); pages of $(field access-control-allow-origin) see $(field access-control-expose-headers)"
+    ask -H "If-None-Match: $(field etag)" "$url/model.qs"
+    echo "not changed: $(head -n 1 head | grep -o 'HTTP/2 304')"
+    ask -X OPTIONS -H 'Origin: https://other.example' -H 'Access-Control-Request-Method: GET' "$url/model.qs"
+    echo "pages may ask with: $(field access-control-allow-headers)"
+    # In its place by a rename, and younger, as what is made later is.
+    make_file next.qs 300001 2
+    touch -d '1 minute' www/next.qs
+    ask -r 0-0 "$url/model.qs"
+    local before=$(field etag)
+    mv www/next.qs www/model.qs
+    # Servers that remember what they know of a file look again after a second or two.
+    is_seen() { ask -r 0-0 "$url/model.qs"; [[ $(field etag) != "$before" ]]; }
+    wait_for is_seen
+    fetch get "$url/model.qs" -o got 2>&1 | without_ports
+    same got www/model.qs "replaced"
+    fetch stop
+}
+
+without_ports() { sed -E 's|127.0.0.1:[0-9]+|HOST|g'; }
