@@ -1,5 +1,6 @@
 // qs-fetch: a cache of files at HTTP servers, shared by the programs on a machine.  The work is
-// fetch::Daemon, and fetch::Connection for the verbs that talk to one.
+// fetch::Daemon, and fetch::Connection for the verbs that talk to one; what a level is, splat::level_prefix()
+// knows.
 #include <unistd.h>
 
 #include <array>
@@ -12,6 +13,7 @@
 #include "fetch/daemon.h"
 #include "fetch/private_folder.h"
 #include "fetch/read_range.h"
+#include "splat/level_prefix.h"
 
 namespace {
 
@@ -23,6 +25,7 @@ struct Arguments {
     std::string url, range, output, headers;
     double timeout_ms = 60'000;
     uint64_t prefetch_bytes = 0, keep_bytes = 0;
+    int64_t prefetch_levels = 0;
     bool json = false;
 };
 
@@ -110,11 +113,32 @@ void get(const Arguments& a) {
     report.commit();
 }
 
+// Bytes from the beginning on that hold the first levels of a model.
+uint64_t bytes_of_levels(fetch::Connection& connection, fetch::RemoteFile& file, const Arguments& a) {
+    uint64_t bytes = 13 * 1024;  // what comes with the opening
+    std::vector<std::byte> prefix;
+    for (;;) {
+        bytes = std::min(bytes, file.bytes());
+        fetch::read_range(
+            connection, file, a.url, prefix.size(), bytes - 1, a.timeout_ms / 1000,
+            [&](std::span<const std::byte> got) { prefix.insert(prefix.end(), got.begin(), got.end()); });
+        core::OutputFile copy(core::OutputFile::InMemory{a.url});
+        copy.write(prefix);
+        const splat::Model model(copy.read_back());
+        const splat::LevelPrefix levels = splat::level_prefix(model, uint32_t(a.prefetch_levels));
+        if (levels.is_known || prefix.size() == file.bytes()) return std::min(levels.bytes, file.bytes());
+        bytes = levels.bytes;
+    }
+}
+
 void prefetch(const Arguments& a) {
+    if (a.prefetch_bytes == 0 && a.prefetch_levels == 0)
+        throw core::UsageError("prefetch: give --bytes or --levels");
     core::Report report({}, {});
     fetch::Connection connection = connect(a, Start::if_needed);
     const auto file = open(connection, a);
-    const uint64_t bytes = std::min(a.prefetch_bytes, file->bytes());
+    const uint64_t asked = a.prefetch_levels > 0 ? bytes_of_levels(connection, *file, a) : a.prefetch_bytes;
+    const uint64_t bytes = std::min(asked, file->bytes());
     core::Progress progress("fetching", bytes);
     uint64_t done = 0;
     if (bytes > 0)
@@ -200,7 +224,12 @@ std::vector<Command> add_commands(core::Program& program, Arguments& a) {
     CLI::App& prefetching =
         *program.options.add_subcommand("prefetch", "Bring the beginning of a file into the cache");
     add_url(prefetching, a);
-    core::add_size(prefetching, "--bytes", a.prefetch_bytes, "How much of it")->required()->default_str("");
+    auto* const bytes =
+        core::add_size(prefetching, "--bytes", a.prefetch_bytes, "How much of it")->default_str("");
+    core::add_integer(prefetching, "--levels", a.prefetch_levels, 1, splat::kMaxLevels,
+                      "Of a model: its first levels")
+        ->default_str("")
+        ->excludes(bytes);
     add_timeout(prefetching, a);
     add(prefetching, [&] { prefetch(a); });
 
