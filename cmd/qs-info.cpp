@@ -1,8 +1,10 @@
-// qs-info: say what splat models hold, verify them, take a level out.  The work is splat::read_info(),
-// splat::verify() and splat::write_cut().
+// qs-info: say what models hold, verify them, take a level out.  The work is splat::read_info(), splat::verify(),
+// splat::write_cut(), and of progressive meshes pm::read_info() and pm::verify().
 #include "core/error.h"
 #include "core/file.h"
 #include "core/program.h"
+#include "pm/info.h"
+#include "pm/verify.h"
 #include "splat/extract.h"
 #include "splat/info.h"
 #include "splat/qsplat_info.h"
@@ -41,6 +43,24 @@ std::string inspect_qsplat(const core::InputFile& file, const Options& o, core::
                                   info.levels.size() - 1);
 }
 
+std::string inspect_mesh(core::InputFile file, const Options& o, core::Report& report) {
+    const pm::Model model(std::move(file));
+    if (!o.verify) {
+        const pm::Info info = pm::read_info(model);
+        const core::Json json = pm::to_json(info);
+        report.write(json);
+        return o.json ? json.dump() + "\n" : pm::to_text(info);
+    }
+    const pm::VerifyCounts c = pm::verify(model);
+    const core::Json json = {{"file", model.name()},   {"is_whole", true},      {"vertices", c.vertices},
+                             {"faces", c.faces},       {"details", c.details},  {"dependencies", c.dependencies}};
+    report.write(json);
+    if (o.json) return json.dump() + "\n";
+    const auto number = [](uint64_t n) { return static_cast<unsigned long long>(n); };
+    return model.name() + core::text(": whole: %llu vertices, %llu faces, %llu splits\n", number(c.vertices),
+                                     number(c.faces), number(c.details));
+}
+
 std::string verify(core::InputFile file, const Options& o, core::Report& report) {
     const std::string name = file.name();
     const splat::VerifyCounts c = splat::verify(std::move(file));
@@ -62,6 +82,7 @@ std::string describe(core::InputFile file, const Options& o, core::Report& repor
 std::string inspect(const std::string& path, const Options& o, core::Report& report) {
     core::InputFile file(path);
     if (is_qsplat(file)) return inspect_qsplat(file, o, report);
+    if (pm::is_model(file.bytes())) return inspect_mesh(std::move(file), o, report);
     return o.verify ? verify(std::move(file), o, report) : describe(std::move(file), o, report);
 }
 
@@ -79,6 +100,8 @@ void cut(const std::string& path, const Options& o, core::Report& report) {
     if (core::same_file(path, output)) throw core::UsageError(output + ": is input and output at once");
     core::InputFile file(path);
     const std::string name = file.name();
+    if (pm::is_model(file.bytes()))
+        throw core::UsageError(name + ": is a progressive mesh, which pm-build --level takes resolutions out of");
     core::OutputFile out(output);
     core::Json json = {{"file", name}, {"level", o.level}};
     json.update(write_cut(std::move(file), uint32_t(o.level), out));

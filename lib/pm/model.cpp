@@ -1,5 +1,6 @@
 #include "pm/model.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -86,6 +87,23 @@ template <class T>
 std::span<const T> Model::section(uint64_t offset, uint64_t count) const {
     // Sections start at multiples of 8 bytes of a map, or of memory that was allocated.
     return {reinterpret_cast<const T*>(at(offset)), count};
+}
+
+bool Model::is_padding_zero() const {
+    const uint64_t v = header_.vertices(), n = header_.details;
+    const auto is_zero = [&](uint64_t from, uint64_t used, uint64_t to) {
+        return std::all_of(at(from + used), at(to), [](std::byte b) { return b == std::byte{0}; });
+    };
+    const Layout& l = layout_;
+    return is_zero(l.base_faces, uint64_t(12) * header_.base_faces, l.root_split) &&
+           is_zero(l.root_split, uint64_t(4) * header_.base_vertices, l.kept) &&
+           is_zero(l.kept, 4 * n, l.parent) && is_zero(l.parent, 4 * n, l.needs) &&
+           is_zero(l.needs, 4 * n, l.children) && is_zero(l.axis, 2 * n, l.angle) &&
+           is_zero(l.angle, n, l.error) && is_zero(l.error, n, l.radius) &&
+           is_zero(l.radius, n, l.positions) &&
+           is_zero(l.positions, header_.position_bytes() * v, l.normals) &&
+           is_zero(l.normals, header_.has_normals() ? 2 * v : 0, l.colours) &&
+           is_zero(l.colours, header_.has_colours() ? 3 * v : 0, l.welds);
 }
 
 Hierarchy Model::hierarchy() const {

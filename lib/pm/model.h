@@ -61,6 +61,9 @@ class Model {
     uint32_t details() const { return header_.details; }
     uint32_t vertices() const { return header_.base_vertices + header_.details; }
 
+    std::span<const std::byte> content() const { return file_.bytes().subspan(kHeaderSize); }
+    bool is_padding_zero() const;  // of what fills sections up
+
     Hierarchy hierarchy() const;
     std::span<const uint32_t> root_split() const;  // by base vertex
     std::span<const Children> children() const;    // by detail

@@ -48,6 +48,7 @@ for name; do
     case $name in
         *.ply) cp mesh.tmp "$name" ;;
         *.qs) qs-build - -o "$name" < mesh.tmp ;;
+        *.pm) pm-build - -o "$name" < mesh.tmp ;;
         *.jsonl) qs-path orbit - --frames 4 -o "$name" < mesh.tmp ;;
         *.png | *.ppm) ffmpeg -v error -f lavfi -i testsrc2=size=160x120 -frames:v 1 -f image2 "$name" ;;
         frames-[a-z]) mkdir "$name" && ffmpeg -v error -f lavfi -i testsrc2=size=160x120 -frames:v 3 "$name/%04d.png" ;;

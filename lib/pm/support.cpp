@@ -1,0 +1,151 @@
+#include "pm/support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/parallel.h"
+#include "pm/format.h"
+
+namespace pm {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi, kHalfPi = 0.5 * kPi;
+
+double squared_length(const glm::dvec3& v) {
+    return glm::dot(v, v);
+}
+
+double squared_distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
+    const glm::dvec3 ab = b - a;
+    const double length2 = squared_length(ab);
+    const double t = length2 > 0 ? std::clamp(glm::dot(p - a, ab) / length2, 0.0, 1.0) : 0;
+    return squared_length(p - (a + t * ab));
+}
+
+// Inside of the triangle's prism the distance from its plane, else that from an edge.
+double squared_distance_to_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
+                                    const glm::dvec3& c) {
+    const glm::dvec3 normal = glm::cross(b - a, c - a);
+    const double n2 = squared_length(normal);
+    const bool is_above = n2 > 0 && glm::dot(glm::cross(normal, b - a), p - a) >= 0 &&
+                          glm::dot(glm::cross(normal, c - b), p - b) >= 0 &&
+                          glm::dot(glm::cross(normal, a - c), p - c) >= 0;
+    if (is_above) {
+        const double height = glm::dot(normal, p - a);
+        return height * height / n2;
+    }
+    return std::min({squared_distance_to_segment(p, a, b), squared_distance_to_segment(p, b, c),
+                     squared_distance_to_segment(p, c, a)});
+}
+
+double angle_between(const glm::dvec3& a, const glm::dvec3& b) {
+    return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
+
+// More than single precision rounds an axis and an angle by.
+constexpr double kRounding = 1e-6;
+
+NormalCone cone_about(const glm::dvec3& axis, double half_angle) {
+    if (!(half_angle < kHalfPi)) return {glm::vec3(0, 0, 1), NormalCone::kWide};
+    return {glm::vec3(axis), float(half_angle + kRounding)};
+}
+
+// Of the normals of a leaf's own faces.  A face without area is never seen and has none.
+NormalCone cone_of(std::span<const Spoke> ring, const glm::dvec3& at, std::span<const glm::dvec3> positions) {
+    const auto normal_of = [&](const Spoke& s) {
+        return glm::cross(positions[s.next] - at, positions[s.previous] - at);
+    };
+    glm::dvec3 sum{0};
+    bool is_empty = true;
+    for (const Spoke& s : ring) {
+        const glm::dvec3 normal = normal_of(s);
+        const double length = glm::length(normal);
+        if (length > 0) sum += normal / length, is_empty = false;
+    }
+    if (is_empty) return {};
+    const double length = glm::length(sum);
+    if (!(length > 0)) return cone_about({}, kPi);
+    double half_angle = 0;
+    for (const Spoke& s : ring)
+        if (const glm::dvec3 normal = normal_of(s); normal != glm::dvec3(0))
+            half_angle = std::max(half_angle, angle_between(sum / length, normal));
+    return cone_about(sum / length, half_angle);
+}
+
+}  // namespace
+
+NormalCone merged(const NormalCone& a, const NormalCone& b) {
+    if (a.is_empty()) return b;
+    if (b.is_empty()) return a;
+    if (!a.is_useful() || !b.is_useful()) return cone_about({}, kPi);
+    const glm::dvec3 from(a.axis), to(b.axis);
+    const double first = double(a.half_angle), second = double(b.half_angle),
+                 between = angle_between(from, to);
+    if (between + second <= first) return a;
+    if (between + first <= second) return b;
+    // On the arc from one axis to the other.  These are not opposite, or the cone is too wide.
+    const double turn = 0.5 * (between + second - first);
+    const glm::dvec3 across = to - from * glm::dot(from, to);
+    const double length = glm::length(across);
+    const glm::dvec3 axis =
+        length > 0 ? glm::normalize(std::cos(turn) * from + (std::sin(turn) / length) * across) : from;
+    return cone_about(axis, 0.5 * (first + between + second));
+}
+
+Supports::Supports(std::span<const glm::dvec3> positions, const Rings& rings)
+    : positions_(positions),
+      next_leaf_(positions.size(), kNone),
+      last_leaf_(positions.size()),
+      leaf_radius_(positions.size()),
+      cones_(positions.size()) {
+    core::parallel_for(
+        positions.size(),
+        [&](size_t i) {
+            const auto v = uint32_t(i);
+            last_leaf_[v] = v;
+            double radius2 = 0;
+            for (const Spoke& s : rings[v])
+                radius2 = std::max({radius2, squared_length(positions[s.next] - positions[v]),
+                                    squared_length(positions[s.previous] - positions[v])});
+            leaf_radius_[v] =
+                std::nextafter(float(std::sqrt(radius2)), std::numeric_limits<float>::infinity());
+            cones_[v] = cone_of(rings[v], positions[v], positions);
+        },
+        1024);
+}
+
+void Supports::join(uint32_t removed, uint32_t kept) {
+    next_leaf_[last_leaf_[kept]] = removed;
+    last_leaf_[kept] = last_leaf_[removed];
+    cones_[kept] = merged(cones_[kept], cones_[removed]);
+}
+
+Support Supports::measure(uint32_t kept, std::span<const glm::u32vec3> corners, const Rings& rings) const {
+    const glm::dvec3 centre = positions_[kept];
+    const auto ring = rings[kept];
+    const auto squared_distance = [&](const glm::dvec3& p, const Spoke& s) {
+        const glm::u32vec3 face = corners[s.corner / 3];
+        return squared_distance_to_triangle(p, positions_[face.x], positions_[face.y], positions_[face.z]);
+    };
+    double radius = 0, error2 = 0;
+    size_t near = 0;  // the face that was nearest for the leaf before: leaves come in patches
+    for (uint32_t leaf = kept; leaf != kNone; leaf = next_leaf_[leaf]) {
+        const glm::dvec3 p = positions_[leaf];
+        const double from_centre2 = squared_length(p - centre);
+        radius = std::max(radius, std::sqrt(from_centre2) + double(leaf_radius_[leaf]));
+        // Only the worst leaf counts: one face within the worst so far is enough to go on.
+        if (from_centre2 <= error2) continue;
+        double nearest2 = squared_distance(p, ring[near]);
+        for (size_t i = 0; i < ring.size() && nearest2 > error2; ++i) {
+            const double d2 = squared_distance(p, ring[i]);
+            if (d2 < nearest2) nearest2 = d2, near = i;
+        }
+        error2 = std::max(error2, nearest2);
+    }
+    return {radius * (1 + 1e-12), std::sqrt(error2), cones_[kept]};
+}
+
+}  // namespace pm
