@@ -17,35 +17,13 @@
 #include <utility>
 #include <vector>
 
-#include "core/error.h"
+#include "core/descriptor.h"
 
 namespace core {
 
 namespace {
 
 constexpr const char* kStandardOutput = "standard output";
-
-[[noreturn]] void fail_with_reason(const std::string& name, const char* what) {
-    const int reason = errno;
-    throw Error(name + ": " + what + ": " + std::strerror(reason));
-}
-
-class Descriptor {
-  public:
-    explicit Descriptor(int value = -1) : value_(value) {}
-    ~Descriptor() { reset(); }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    int get() const { return value_; }
-    void reset(int value = -1) {
-        if (value_ >= 0) ::close(value_);
-        value_ = value;
-    }
-    int release() { return std::exchange(value_, -1); }
-
-  private:
-    int value_;
-};
 
 // The temporary names that a signal must remove.  The handler may run on any thread at any moment,
 // so the table is fixed, and a slot says how far its owner has come:
@@ -201,7 +179,7 @@ void write_all(int fd, std::span<const std::byte> data, const std::string& name)
         if (written < 0) {
             if (errno == EINTR) continue;
             if (errno == EPIPE) throw ClosedPipe{};
-            fail_with_reason(name, "cannot write");
+            fail_with_errno(name, "cannot write");
         }
         data = data.subspan(static_cast<size_t>(written));
     }
@@ -222,7 +200,7 @@ void put_to_standard_output(std::string_view data, bool flush) {
     if (is_closed) throw ClosedPipe{};
     const bool written = data.empty() || std::fwrite(data.data(), 1, data.size(), stdout) == data.size();
     if (written && (!flush || std::fflush(stdout) == 0) && !std::ferror(stdout)) return;
-    if (errno != EPIPE) fail_with_reason(kStandardOutput, "cannot write");
+    if (errno != EPIPE) fail_with_errno(kStandardOutput, "cannot write");
     is_closed = true;
     throw ClosedPipe{};
 }
@@ -249,7 +227,7 @@ Contents read_to_end(int fd, const std::string& name) {
         if (count == 0) break;
         if (count < 0) {
             if (errno == EINTR) continue;
-            fail_with_reason(name, "cannot read");
+            fail_with_errno(name, "cannot read");
         }
         size += static_cast<size_t>(count);
     }
@@ -288,9 +266,9 @@ InputFile::InputFile(const std::string& path)
     : InputFile(Descriptor(open_input(path)).get(), path == "-" ? "standard input" : path) {}
 
 InputFile::InputFile(int fd, std::string name) : state_(std::make_unique<State>()), name_(std::move(name)) {
-    if (fd < 0) fail_with_reason(name_, "cannot open");
+    if (fd < 0) fail_with_errno(name_, "cannot open");
     struct stat status = {};
-    if (::fstat(fd, &status) != 0) fail_with_reason(name_, "cannot read");
+    if (::fstat(fd, &status) != 0) fail_with_errno(name_, "cannot read");
     if (S_ISDIR(status.st_mode)) throw Error(name_ + ": is a directory");
     // Files of /proc say 0 bytes and hold some; standard input may stand in the middle of a file.
     if (S_ISREG(status.st_mode) && status.st_size > 0 && ::lseek(fd, 0, SEEK_CUR) == 0) {
@@ -381,19 +359,19 @@ OutputFile::OutputFile(const std::string& path)
     if (exists && S_ISDIR(status.st_mode)) throw Error(name_ + ": is a directory");
     if (exists && !S_ISREG(status.st_mode)) {
         state_->fd.reset(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-        if (state_->fd.get() < 0) fail_with_reason(name_, "cannot open for writing");
+        if (state_->fd.get() < 0) fail_with_errno(name_, "cannot open for writing");
         return;
     }
     // Renaming would replace a file that its owner has made read-only.
-    if (exists && ::access(path.c_str(), W_OK) != 0) fail_with_reason(name_, "cannot open for writing");
+    if (exists && ::access(path.c_str(), W_OK) != 0) fail_with_errno(name_, "cannot open for writing");
     state_->target = exists ? resolved(path) : path;
     state_->fd.reset(state_->temporary.open(folder_of(state_->target)));
-    if (state_->fd.get() < 0) fail_with_reason(name_, "cannot create a file there");
+    if (state_->fd.get() < 0) fail_with_errno(name_, "cannot create a file there");
 }
 
 OutputFile::OutputFile(const InMemory& file) : state_(std::make_unique<State>()), name_(file.name) {
     state_->fd.reset(::memfd_create("qs-tools", MFD_CLOEXEC));
-    if (state_->fd.get() < 0) fail_with_reason(name_, "cannot be held in memory");
+    if (state_->fd.get() < 0) fail_with_errno(name_, "cannot be held in memory");
 }
 
 OutputFile::~OutputFile() {
@@ -419,11 +397,11 @@ void OutputFile::State::commit(const std::string& name) {
     write_all(fd.get(), buffer, name);
     buffer.clear();
     // Some file systems say only now that the disk is full.
-    if (::close(fd.release()) != 0) fail_with_reason(name, "cannot write");
+    if (::close(fd.release()) != 0) fail_with_errno(name, "cannot write");
     if (target.empty()) return;
     if (::rename(temporary.path(), target.c_str()) != 0) {
         if (dying) wait_for_death();
-        fail_with_reason(name, "cannot rename the finished file");
+        fail_with_errno(name, "cannot rename the finished file");
     }
     committed = true;
 }
@@ -443,7 +421,7 @@ void OutputFile::commit() {
 InputFile OutputFile::read_back() {
     write_all(state_->fd.get(), state_->buffer, name_);
     state_->buffer.clear();
-    if (::lseek(state_->fd.get(), 0, SEEK_SET) != 0) fail_with_reason(name_, "cannot read");
+    if (::lseek(state_->fd.get(), 0, SEEK_SET) != 0) fail_with_errno(name_, "cannot read");
     return InputFile(state_->fd.get(), name_);
 }
 

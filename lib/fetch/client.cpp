@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fetch/event_loop.h"
 #include "fetch/private_folder.h"
 #include "fetch/unix_socket.h"
+#include "net/event_loop.h"
 
 extern char** environ;
 
@@ -130,7 +130,7 @@ Connection::~Connection() = default;
 
 void Connection::connect(const ClientOptions& options) {
     const Descriptor folder = open_private_folder(options.folder);
-    const double until = steady_seconds() + options.start_timeout_s;
+    const double until = net::steady_seconds() + options.start_timeout_s;
     pid_t child = -1;
     int status = 0;
     for (;;) {
@@ -140,7 +140,7 @@ void Connection::connect(const ClientOptions& options) {
         if (child < 0) child = start_daemon(options);
         // One that another program started at the same time may hold the folder; then it answers soon.
         ::waitpid(child, &status, WNOHANG);
-        if (steady_seconds() > until)
+        if (net::steady_seconds() > until)
             throw core::Error(options.folder + ": qs-fetch does not start; 'qs-fetch serve' says why");
         ::poll(nullptr, 0, 5);
     }
@@ -151,9 +151,9 @@ bool Connection::send(const Request& request) {
 }
 
 void Connection::send_surely(const Request& request) {
-    const double until = steady_seconds() + kAnswerTimeout;
+    const double until = net::steady_seconds() + kAnswerTimeout;
     while (!send(request))
-        if (!wait_for(socket_.get(), POLLOUT, until - steady_seconds()))
+        if (!wait_for(socket_.get(), POLLOUT, until - net::steady_seconds()))
             throw core::Error(folder_ + ": qs-fetch does not answer");
 }
 
@@ -213,10 +213,10 @@ std::unique_ptr<RemoteFile> Connection::open(const std::string& url, double time
     if (url.size() > kMostMessageBytes / 2) throw core::Error("the URL is too long");
     files_[file->stream_] = file.get();
     send_surely(request);
-    const double until = steady_seconds() + timeout_s;
+    const double until = net::steady_seconds() + timeout_s;
     while (!file->is_open_ && file->failure_.empty()) {
-        const double left = until - steady_seconds();
-        if (left <= 0 || (!wait(left) && steady_seconds() >= until))
+        const double left = until - net::steady_seconds();
+        if (left <= 0 || (!wait(left) && net::steady_seconds() >= until))
             throw core::Error(
                 url + (file->trouble_.empty() ? ": the server does not answer" : ": " + file->trouble_));
     }
@@ -227,10 +227,10 @@ std::unique_ptr<RemoteFile> Connection::open(const std::string& url, double time
 std::string Connection::ask(const Request& request) {
     has_answer_ = false;
     send_surely(request);
-    const double until = steady_seconds() + kAnswerTimeout;
+    const double until = net::steady_seconds() + kAnswerTimeout;
     while (!has_answer_) {
-        if (steady_seconds() >= until) throw core::Error(folder_ + ": qs-fetch does not answer");
-        wait(until - steady_seconds());
+        if (net::steady_seconds() >= until) throw core::Error(folder_ + ": qs-fetch does not answer");
+        wait(until - net::steady_seconds());
     }
     if (!answer_.is_right) throw core::Error(answer_.text);
     return answer_.text;

@@ -1,10 +1,7 @@
 #include "fetch/daemon.h"
 
 #include <fcntl.h>
-#include <signal.h>
 #include <sys/epoll.h>
-#include <sys/resource.h>
-#include <sys/signalfd.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -15,6 +12,8 @@
 #include "fetch/downloads.h"
 #include "fetch/messages.h"
 #include "fetch/unix_socket.h"
+#include "net/listener.h"
+#include "net/stop_signals.h"
 
 namespace fetch {
 
@@ -23,14 +22,6 @@ namespace {
 constexpr size_t kMostWaiting = 64;  // messages that a client has not read
 constexpr int kMessagesATurn = 16;   // of one client, before others have theirs
 constexpr size_t kMostListed = 200;  // servers in a status
-
-// A thousand clients need as many descriptors.
-void allow_many_descriptors() {
-    rlimit limit = {};
-    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-    limit.rlim_cur = limit.rlim_max;
-    ::setrlimit(RLIMIT_NOFILE, &limit);
-}
 
 }  // namespace
 
@@ -72,14 +63,14 @@ struct Daemon::State {
     };
 
     DaemonOptions options;
-    EventLoop loop;
+    net::EventLoop loop;
+    net::StopSignals stop_signals{loop};
     Store store;
     Downloads downloads;
-    Descriptor listener, signals;
+    Descriptor listener;
     bool is_own_socket = false;
-    sigset_t signals_before = {};
     std::map<int, std::unique_ptr<Client>> clients;  // by descriptor
-    EventLoop::TimerId idle_timer = 0;
+    net::EventLoop::TimerId idle_timer = 0;
     uint64_t clients_seen = 0, clients_dropped = 0, clients_refused = 0;
 
     explicit State(const DaemonOptions& given);
@@ -218,34 +209,19 @@ Daemon::State::State(const DaemonOptions& given)
     : options(given),
       store(options.folder, options.limit_bytes),
       downloads(loop, store, options.transport, options.downloads),
-      listener(inherited_socket()) {
-    allow_many_descriptors();
+      listener(net::inherited_socket(SOCK_SEQPACKET)) {
+    net::allow_many_descriptors();
     if (!listener) {
         listener = listen_in(store.folder(), store.path());
         is_own_socket = true;
     }
     loop.watch(listener.get(), EPOLLIN, [this](uint32_t) { accept_clients(); });
-    sigset_t stops;
-    sigemptyset(&stops);
-    sigaddset(&stops, SIGTERM);
-    sigaddset(&stops, SIGINT);
-    ::pthread_sigmask(SIG_BLOCK, &stops, &signals_before);
-    signals.reset(::signalfd(-1, &stops, SFD_NONBLOCK | SFD_CLOEXEC));
-    if (!signals) fail_with_errno("signalfd", "cannot be made");
-    loop.watch(signals.get(), EPOLLIN, [this](uint32_t) {
-        // Taken, or it would be delivered when signals are let through again.
-        signalfd_siginfo taken;
-        while (::read(signals.get(), &taken, sizeof taken) > 0) {
-        }
-        loop.stop();
-    });
     watch_idleness();
 }
 
 Daemon::State::~State() {
     clients.clear();
     loop.unwatch(listener.get());
-    loop.unwatch(signals.get());
     if (is_own_socket) ::unlinkat(store.folder(), kSocketName, 0);
 }
 
@@ -350,11 +326,7 @@ Reply Daemon::State::answer(const Request& request) {
 
 Daemon::Daemon(const DaemonOptions& options) : state_(std::make_unique<State>(options)) {}
 
-Daemon::~Daemon() {
-    const sigset_t before = state_->signals_before;
-    state_.reset();
-    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-}
+Daemon::~Daemon() = default;
 
 void Daemon::run() {
     state_->loop.run();

@@ -1,54 +1,19 @@
-// Owned file descriptors and maps of files, and errors of the system as sentences.
+// Descriptors and maps of the files that the store, the daemon and its clients share.
 #pragma once
 
 #include <sys/mman.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstddef>
-#include <cstring>
-#include <span>
 #include <string>
 #include <utility>
 
-#include "core/error.h"
+#include "core/descriptor.h"
 
 namespace fetch {
 
-// The disk, or the user's share of it, has no space left.
-class DiskFull : public core::Error {
-  public:
-    using core::Error::Error;
-};
-
-// Throws core::Error (DiskFull where that is the reason) "<name>: <what>: <reason of errno>".
-[[noreturn]] inline void fail_with_errno(const std::string& name, const char* what) {
-    const int reason = errno;
-    const std::string sentence = name + ": " + what + ": " + std::strerror(reason);
-    if (reason == ENOSPC || reason == EDQUOT) throw DiskFull(sentence);
-    throw core::Error(sentence);
-}
-
-class Descriptor {
-  public:
-    explicit Descriptor(int value = -1) : value_(value) {}
-    ~Descriptor() { reset(); }
-    Descriptor(Descriptor&& other) noexcept : value_(other.release()) {}
-    Descriptor& operator=(Descriptor&& other) noexcept {
-        if (this != &other) reset(other.release());
-        return *this;
-    }
-    int get() const { return value_; }
-    explicit operator bool() const { return value_ >= 0; }
-    int release() { return std::exchange(value_, -1); }
-    void reset(int value = -1) {
-        if (value_ >= 0) ::close(value_);
-        value_ = value;
-    }
-
-  private:
-    int value_;
-};
+using core::Descriptor;
+using core::DiskFull;
+using core::fail_with_errno;
 
 // A shared map of the first `size` bytes of a file.  The file must be that long, and stay so: one that
 // shrinks ends the program by SIGBUS, as with any map.

@@ -34,23 +34,23 @@ class Downloads::Answer : public RangeSink {
           left_(request.last - request.first + 1),
           last_(request.last),
           is_check_(request.is_check),
-          sent_(steady_seconds()) {}
+          sent_(net::steady_seconds()) {}
 
     void head(const RangeHead& head) override {
-        const double now = steady_seconds();
+        const double now = net::steady_seconds();
         link().answer_began(now, now - sent_);
         if (!download_->is_over_) download_->take_head(head);
     }
 
     void bytes(std::span<const std::byte> bytes) override {
-        link().bytes_came(steady_seconds(), bytes.size());
+        link().bytes_came(net::steady_seconds(), bytes.size());
         left_ -= std::min<uint64_t>(left_, bytes.size());
         if (!download_->is_over_ && !is_given_up_ && !is_check_) store(bytes);
         download_->all_.pump_soon(download_->server_);
     }
 
     void end(const RangeEnd& end) override {
-        link().request_ended(steady_seconds(), left_);
+        link().request_ended(net::steady_seconds(), left_);
         --download_->server_.requests;
         if (end.streams > 0) download_->server_.streams = end.streams;
         --download_->requests_;
@@ -185,7 +185,7 @@ void Download::start(uint64_t first, uint64_t last) {
 void Download::send(const RangeRequest& request) {
     ++requests_;
     ++server_.requests;
-    server_.link.request_sent(steady_seconds(), request.last - request.first + 1);
+    server_.link.request_sent(net::steady_seconds(), request.last - request.first + 1);
     all_.transport_.start(request, std::make_shared<Downloads::Answer>(shared_from_this(), request));
 }
 
@@ -327,7 +327,7 @@ void Download::store_failed(const core::Error& error) {
 }
 
 void Download::pause(double seconds) {
-    paused_until_ = std::max(paused_until_, steady_seconds() + seconds);
+    paused_until_ = std::max(paused_until_, net::steady_seconds() + seconds);
     all_.loop_.after(seconds, [self = weak_from_this()] {
         if (const auto download = self.lock()) download->all_.pump_soon(download->server_);
     });
@@ -347,7 +347,7 @@ void Download::take_end(const RangeEnd& end) {
             return try_again(end);
         case Verdict::no_ranges:
             if (all_.refusals_.size() >= kMostRefusals) all_.refusals_.clear();
-            all_.refusals_[url_] = {steady_seconds() + kRefusalMemory, end.reason};
+            all_.refusals_[url_] = {net::steady_seconds() + kRefusalMemory, end.reason};
             return end_all(Reason::failed, end.reason);
         case Verdict::refused:
             return end_all(Reason::failed, end.reason);
@@ -359,7 +359,7 @@ void Download::take_end(const RangeEnd& end) {
 }
 
 void Download::try_again(const RangeEnd& end) {
-    const double now = steady_seconds();
+    const double now = net::steady_seconds();
     // Of several requests that fail together, one counts.
     if (now < paused_until_) return;
     ++all_.counts_.retries;

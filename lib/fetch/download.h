@@ -24,7 +24,7 @@ struct Downloads::Server {
     unsigned streams = 6;   // until it is known
     unsigned requests = 0;  // in flight
     double paused_until = 0;
-    EventLoop::TimerId timer = 0;
+    net::EventLoop::TimerId timer = 0;
     std::vector<Download*> downloads;
 };
 
@@ -86,7 +86,7 @@ class Download : public std::enable_shared_from_this<Download> {
     // While the server is asked whether it has changed, nobody else is let in.
     enum class Check { none, needed, under_way };
     Check check_ = Check::none;
-    EventLoop::TimerId check_timer_ = 0;
+    net::EventLoop::TimerId check_timer_ = 0;
 };
 
 }  // namespace fetch

@@ -13,7 +13,7 @@ constexpr size_t kMostServers = 1000;
 
 // ---- Downloads ----
 
-Downloads::Downloads(EventLoop& loop, Store& store, const TransportOptions& transport,
+Downloads::Downloads(net::EventLoop& loop, Store& store, const TransportOptions& transport,
                      const DownloadOptions& options)
     : loop_(loop), store_(store), options_(options), transport_(loop, transport) {}
 
@@ -37,7 +37,7 @@ Downloads::Server& Downloads::server_for(const std::string& url) {
 
 std::unique_ptr<Subscription> Downloads::open(const std::string& url, Subscriber& subscriber) {
     if (const auto refusal = refusals_.find(url); refusal != refusals_.end()) {
-        if (steady_seconds() < refusal->second.until) throw core::Error(refusal->second.why);
+        if (net::steady_seconds() < refusal->second.until) throw core::Error(refusal->second.why);
         refusals_.erase(refusal);
     }
     ++counts_.opens;
@@ -78,7 +78,7 @@ void Downloads::pump_soon(Server& server) {
 }
 
 Download* Downloads::best_of(Server& server) {
-    const double now = steady_seconds();
+    const double now = net::steady_seconds();
     Download* best = nullptr;
     float most = -1;
     for (Download* download : server.downloads) {
@@ -93,7 +93,7 @@ Download* Downloads::best_of(Server& server) {
 }
 
 void Downloads::pump(Server& server) {
-    const double now = steady_seconds();
+    const double now = net::steady_seconds();
     if (now < server.paused_until) {
         server.timer = loop_.after(server.paused_until - now, [this, &server] {
             server.timer = 0;

@@ -13,12 +13,12 @@
 #include <string>
 #include <vector>
 
-#include "fetch/event_loop.h"
 #include "fetch/link_estimate.h"
 #include "fetch/messages.h"
 #include "fetch/request_queue.h"
 #include "fetch/store.h"
 #include "fetch/transport.h"
+#include "net/event_loop.h"
 
 namespace fetch {
 
@@ -72,7 +72,7 @@ struct DownloadOptions {
 // Not thread-safe; runs in the event loop.
 class Downloads {
   public:
-    Downloads(EventLoop& loop, Store& store, const TransportOptions& transport,
+    Downloads(net::EventLoop& loop, Store& store, const TransportOptions& transport,
               const DownloadOptions& options);
     ~Downloads();
 
@@ -103,7 +103,7 @@ class Downloads {
     uint64_t disk_bytes_in_flight() const;
     Server& server_for(const std::string& url);
 
-    EventLoop& loop_;
+    net::EventLoop& loop_;
     Store& store_;
     DownloadOptions options_;
     DownloadCounts counts_;

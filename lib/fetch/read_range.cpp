@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "fetch/event_loop.h"
+#include "net/event_loop.h"
 
 namespace fetch {
 
@@ -24,7 +24,7 @@ class Reading {
           end_(uint32_t(last / file.block_bytes()) + 1) {}
 
     void run(double timeout_s, const std::function<void(std::span<const std::byte>)>& take) {
-        double last_progress = steady_seconds(), last_want = 0;
+        double last_progress = net::steady_seconds(), last_want = 0;
         uint32_t wanted_at = block_;
         bool is_told = true;
         for (;;) {
@@ -32,7 +32,7 @@ class Reading {
             take_present(take);
             if (block_ == end_) return;
             if (!file_.failure().empty()) throw core::Error(url_ + ": " + file_.failure());
-            const double now = steady_seconds();
+            const double now = net::steady_seconds();
             if (block_ != before) last_progress = now;
             if (now - last_progress > timeout_s) fail_by_time(timeout_s);
             if (!is_told) {

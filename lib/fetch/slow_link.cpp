@@ -12,7 +12,7 @@ constexpr double kFirstWindow = 10 * 1460, kMostWindow = 1 << 30;
 
 void SlowLink::connect(long connection, int round_trips) {
     Connection made;
-    made.open_at = steady_seconds() + round_trips * round_trip_s_;
+    made.open_at = net::steady_seconds() + round_trips * round_trip_s_;
     connections_[connection] = made;
 }
 
@@ -38,7 +38,7 @@ void SlowLink::pass(long connection, uint64_t bytes, std::function<void()> arriv
         arrive();
         return;
     }
-    const double ready = after_round_trips(connections_[connection], bytes, steady_seconds());
+    const double ready = after_round_trips(connections_[connection], bytes, net::steady_seconds());
     const auto added = waiting_.emplace(ready, Packet{bytes, std::move(arrive)});
     if (added == waiting_.begin()) schedule();
 }
@@ -52,11 +52,11 @@ void SlowLink::schedule() {
     loop_.cancel(timer_);
     timer_ = 0;
     if (!waiting_.empty())
-        timer_ = loop_.after(std::max(0.0, first_due() - steady_seconds()), [this] { arrive(); });
+        timer_ = loop_.after(std::max(0.0, first_due() - net::steady_seconds()), [this] { arrive(); });
 }
 
 void SlowLink::arrive() {
-    const double now = steady_seconds();
+    const double now = net::steady_seconds();
     while (!waiting_.empty() && first_due() <= now) {
         free_at_ = first_due();
         const auto first = waiting_.extract(waiting_.begin());

@@ -11,7 +11,7 @@
 #include <map>
 #include <unordered_map>
 
-#include "fetch/event_loop.h"
+#include "net/event_loop.h"
 
 namespace fetch {
 
@@ -19,7 +19,7 @@ namespace fetch {
 class SlowLink {
   public:
     // `bytes_per_s` 0: any rate.
-    SlowLink(EventLoop& loop, double bytes_per_s, double round_trip_s)
+    SlowLink(net::EventLoop& loop, double bytes_per_s, double round_trip_s)
         : loop_(loop), bytes_per_s_(bytes_per_s), round_trip_s_(round_trip_s) {}
     ~SlowLink() { loop_.cancel(timer_); }
     SlowLink(const SlowLink&) = delete;
@@ -48,12 +48,12 @@ class SlowLink {
     void schedule();
     void arrive();
 
-    EventLoop& loop_;
+    net::EventLoop& loop_;
     double bytes_per_s_, round_trip_s_;
     double free_at_ = 0;                     // when the last packet has passed
     std::multimap<double, Packet> waiting_;  // by when they have made their round trips
     std::unordered_map<long, Connection> connections_;
-    EventLoop::TimerId timer_ = 0;
+    net::EventLoop::TimerId timer_ = 0;
 };
 
 }  // namespace fetch

@@ -84,8 +84,8 @@ struct Transport::Transfer {
     HttpFields fields;
     size_t header_bytes = 0;
     uint64_t expected = 0, got = 0, discarded = 0;
-    double last_byte = steady_seconds();
-    EventLoop::TimerId stall_timer = 0;
+    double last_byte = net::steady_seconds();
+    net::EventLoop::TimerId stall_timer = 0;
     long connection = 0;  // its number for the slow link; 0: there is none yet
     bool is_judged = false, is_accepted = false, is_length_sure = false;
     bool may_follow = true;       // redirects
@@ -99,7 +99,7 @@ struct Transport::Transfer {
         curl_slist_free_all(lines);
     }
 
-    EventLoop& transport_loop() const;
+    net::EventLoop& transport_loop() const;
     void set_up();
     void set_header_lines();
     void watch_stall();
@@ -113,17 +113,17 @@ struct Transport::Transfer {
 };
 
 struct Transport::State {
-    EventLoop& loop;
+    net::EventLoop& loop;
     TransportOptions options;
     SlowLink link;
     CURLM* multi;
     TransportCounts counts;
     unsigned stall_ms;
-    EventLoop::TimerId timer = 0;
+    net::EventLoop::TimerId timer = 0;
     std::unordered_map<CURL*, std::unique_ptr<Transfer>> transfers;
     std::vector<CURL*> spare;
 
-    State(EventLoop& event_loop, TransportOptions given)
+    State(net::EventLoop& event_loop, TransportOptions given)
         : loop(event_loop),
           options(std::move(given)),
           link(loop, options.bytes_per_s, options.round_trip_s),
@@ -212,7 +212,7 @@ void Transport::State::end(CURL* easy, CURLcode code) {
 
 // ---- a transfer ----
 
-EventLoop& Transport::Transfer::transport_loop() const {
+net::EventLoop& Transport::Transfer::transport_loop() const {
     return transport.loop;
 }
 
@@ -264,7 +264,7 @@ void Transport::Transfer::set_header_lines() {
 }
 
 void Transport::Transfer::watch_stall() {
-    const double left = last_byte + transport.options.stall_s - steady_seconds();
+    const double left = last_byte + transport.options.stall_s - net::steady_seconds();
     stall_timer = transport.loop.after(std::max(0.0, left), [this, left] {
         stall_timer = 0;
         if (left <= 0)
@@ -275,7 +275,7 @@ void Transport::Transfer::watch_stall() {
 }
 
 bool Transport::Transfer::take_header(std::string_view line) {
-    last_byte = steady_seconds();
+    last_byte = net::steady_seconds();
     header_bytes += line.size();
     if (header_bytes > kMostHeaderBytes) {
         end = ended(RangeEnd::Verdict::refused, "server sent more than 64 KiB of header");
@@ -313,7 +313,7 @@ void Transport::Transfer::judge_header() {
 }
 
 bool Transport::Transfer::take_body(std::span<const std::byte> bytes) {
-    last_byte = steady_seconds();
+    last_byte = net::steady_seconds();
     if (!is_judged) judge_header();
     if (!is_accepted) {
         discarded += bytes.size();
@@ -394,7 +394,7 @@ void Transport::Transfer::finish(CURLcode code) {
 
 // ---- Transport ----
 
-Transport::Transport(EventLoop& loop, TransportOptions options)
+Transport::Transport(net::EventLoop& loop, TransportOptions options)
     : state_(std::make_unique<State>(loop, std::move(options))) {}
 
 Transport::~Transport() = default;

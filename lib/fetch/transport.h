@@ -11,9 +11,9 @@
 #include <span>
 #include <string>
 
-#include "fetch/event_loop.h"
 #include "fetch/header_rules.h"
 #include "fetch/verdict.h"
+#include "net/event_loop.h"
 
 namespace fetch {
 
@@ -50,7 +50,7 @@ struct TransportCounts {
 // Not thread-safe; runs in the event loop, which outlives it.
 class Transport {
   public:
-    Transport(EventLoop& loop, TransportOptions options);
+    Transport(net::EventLoop& loop, TransportOptions options);
     ~Transport();
     Transport(const Transport&) = delete;
     Transport& operator=(const Transport&) = delete;

@@ -1,6 +1,5 @@
 #include "fetch/unix_socket.h"
 
-#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -8,8 +7,6 @@
 #include <array>
 #include <charconv>
 #include <cstdio>
-#include <cstdlib>
-#include <string_view>
 
 #include "fetch/messages.h"
 
@@ -54,26 +51,6 @@ Descriptor connect_to(int folder, const std::string& path) {
     // EAGAIN: more are waiting to be let in than the system queues.
     if (errno == ENOENT || errno == ECONNREFUSED || errno == EAGAIN) return Descriptor();
     fail_with_errno(path + "/" + kSocketName, "cannot connect");
-}
-
-Descriptor inherited_socket() {
-    const char* const pid = std::getenv("LISTEN_PID");
-    const char* const count = std::getenv("LISTEN_FDS");
-    if (!pid || !count || pid != std::to_string(::getpid())) return Descriptor();
-    if (std::string_view(count) != "1") throw core::Error("LISTEN_FDS: is not 1; one socket is listened on");
-    Descriptor socket(3);
-    int domain = 0, type = 0, listens = 0;
-    socklen_t size = sizeof(int);
-    const auto ask = [&](int option, int& value) {
-        return ::getsockopt(socket.get(), SOL_SOCKET, option, &value, &size) == 0;
-    };
-    if (!ask(SO_DOMAIN, domain) || !ask(SO_TYPE, type) || !ask(SO_ACCEPTCONN, listens) || domain != AF_UNIX ||
-        type != SOCK_SEQPACKET || listens == 0)
-        throw core::Error(
-            "LISTEN_FDS: the socket is no listening Unix socket of messages (ListenSequentialPacket)");
-    ::fcntl(socket.get(), F_SETFL, O_NONBLOCK);
-    ::fcntl(socket.get(), F_SETFD, FD_CLOEXEC);
-    return socket;
 }
 
 unsigned peer_of(int socket) {

@@ -16,10 +16,6 @@ Descriptor listen_in(int folder, const std::string& path);
 // Empty where nobody listens.  Throws core::Error for any other reason.
 Descriptor connect_to(int folder, const std::string& path);
 
-// The listening socket that systemd hands over (LISTEN_PID, LISTEN_FDS), empty where it does not.  Throws
-// core::Error where it is not one that keeps messages apart.
-Descriptor inherited_socket();
-
 // The user at the other end.
 unsigned peer_of(int socket);
 

@@ -7,9 +7,7 @@
 
 namespace {
 
-using fetch::EventLoop;
 using fetch::SlowLink;
-using fetch::steady_seconds;
 
 constexpr double kRoundTrip = 0.04;
 // Earlier than the link allows nothing may come; later, on a busy machine, by so much in the best of some
@@ -19,14 +17,14 @@ constexpr int kRuns = 8;
 
 // Seconds after which each of so many packets arrives, given to a link at once.
 std::vector<double> arrivals_once(double bytes_per_s, int round_trips_to_connect, int packets) {
-    EventLoop loop;
+    net::EventLoop loop;
     SlowLink link(loop, bytes_per_s, kRoundTrip);
     std::vector<double> times;
-    const double start = steady_seconds();
+    const double start = net::steady_seconds();
     link.connect(1, round_trips_to_connect);
     for (int i = 0; i != packets; ++i)
         link.pass(1, 1460, [&, packets] {
-            times.push_back(steady_seconds() - start);
+            times.push_back(net::steady_seconds() - start);
             if (int(times.size()) == packets) loop.stop();
         });
     loop.run();
@@ -44,7 +42,7 @@ std::vector<double> arrivals(double bytes_per_s, int round_trips_to_connect, int
 }
 
 TEST(SlowLink, WithoutRateAndRoundTripPassesAtOnce) {
-    EventLoop loop;
+    net::EventLoop loop;
     SlowLink link(loop, 0, 0);
     bool has_come = false;
     link.pass(1, 1000, [&] { has_come = true; });
@@ -82,7 +80,7 @@ TEST(SlowLink, PacketsPassOneAfterTheOtherAtTheRate) {
 }
 
 TEST(SlowLink, AnOpenConnectionDoesNotWaitForOneThatIsBeingMade) {
-    EventLoop loop;
+    net::EventLoop loop;
     SlowLink link(loop, 1e6, kRoundTrip);
     std::vector<int> order;
     link.connect(1, 2);

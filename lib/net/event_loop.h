@@ -8,9 +8,9 @@
 #include <memory>
 #include <unordered_map>
 
-#include "fetch/descriptor.h"
+#include "core/descriptor.h"
 
-namespace fetch {
+namespace net {
 
 // Seconds of the steady clock, which jumps of the system's clock leave alone.
 double steady_seconds();
@@ -46,7 +46,7 @@ class EventLoop {
     void run_timers();
     int wait_ms() const;
 
-    Descriptor epoll_;
+    core::Descriptor epoll_;
     // By descriptor; a tag tells a watch from an earlier one of a descriptor with the same number.
     std::unordered_map<int, std::shared_ptr<Watch>> watches_;
     std::multimap<double, Timer> timers_;
@@ -56,4 +56,4 @@ class EventLoop {
     bool is_stopped_ = false;
 };
 
-}  // namespace fetch
+}  // namespace net

@@ -1,4 +1,4 @@
-#include "fetch/event_loop.h"
+#include "net/event_loop.h"
 
 #include <sys/epoll.h>
 
@@ -7,14 +7,14 @@
 #include <chrono>
 #include <cmath>
 
-namespace fetch {
+namespace net {
 
 double steady_seconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 EventLoop::EventLoop() : epoll_(::epoll_create1(EPOLL_CLOEXEC)) {
-    if (!epoll_) fail_with_errno("epoll", "cannot be made");
+    if (!epoll_) core::fail_with_errno("epoll", "cannot be made");
 }
 
 namespace {
@@ -35,7 +35,7 @@ void EventLoop::watch(int fd, uint32_t events, Handler handler) {
     const bool is_changed =
         watches_.contains(fd) && ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) == 0;
     if (!is_changed && ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) != 0)
-        fail_with_errno("epoll", "cannot watch");
+        core::fail_with_errno("epoll", "cannot watch");
     watches_[fd] = std::make_shared<Watch>(tag, std::move(handler));
 }
 
@@ -43,7 +43,8 @@ void EventLoop::change(int fd, uint32_t events) {
     epoll_event event = {};
     event.events = events;
     event.data.u64 = packed(fd, watches_.at(fd)->tag);
-    if (::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) != 0) fail_with_errno("epoll", "cannot watch");
+    if (::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) != 0)
+        core::fail_with_errno("epoll", "cannot watch");
 }
 
 void EventLoop::unwatch(int fd) {
@@ -87,7 +88,7 @@ void EventLoop::run() {
     std::array<epoll_event, 256> events;
     while (!is_stopped_) {
         const int count = ::epoll_wait(epoll_.get(), events.data(), int(events.size()), wait_ms());
-        if (count < 0 && errno != EINTR) fail_with_errno("epoll", "cannot wait");
+        if (count < 0 && errno != EINTR) core::fail_with_errno("epoll", "cannot wait");
         for (int i = 0; i < count && !is_stopped_; ++i) {
             const int fd = int(uint32_t(events[size_t(i)].data.u64));
             const auto found = watches_.find(fd);
@@ -101,4 +102,4 @@ void EventLoop::run() {
     }
 }
 
-}  // namespace fetch
+}  // namespace net
