@@ -1,0 +1,150 @@
+#include "pm/replica.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/error.h"
+
+namespace pm {
+
+Replica::Replica(const Header& header, std::vector<VertexData> vertices, std::vector<glm::u32vec3> faces,
+                 std::span<const ChildData> nodes)
+    : header_(header), mesh_(uint32_t(vertices.size()), std::move(faces)) {
+    for (uint32_t v = 0; v != vertices.size(); ++v) {
+        add_vertex(vertices[v]);
+        add_node(v, kNone, nodes[v]);
+    }
+}
+
+void Replica::add_vertex(const VertexData& data) {
+    vertices_.push_back(data);
+    const glm::u32vec3& p = data.position;
+    unit_.push_back(
+        header_.is_lossless()
+            ? unit_from_single(
+                  {std::bit_cast<float>(p.x), std::bit_cast<float>(p.y), std::bit_cast<float>(p.z)}, header_)
+            : unit_from_lattice(p, header_));
+    vertex_node_.push_back(kNone);
+}
+
+void Replica::add_node(uint32_t vertex, uint32_t parent, const ChildData& data) {
+    Node node;
+    node.vertex = vertex;
+    node.parent = parent;
+    node.depth = parent == kNone ? uint16_t(0) : uint16_t(nodes_[parent].depth + 1);
+    node.is_leaf = data.is_leaf;
+    node.error = data.error;
+    node.radius = data.radius;
+    vertex_node_[vertex] = uint32_t(nodes_.size());
+    nodes_.push_back(node);
+}
+
+NodeBounds Replica::bounds(const Node& node) const {
+    return {unit_[node.vertex], node.error, node.radius, node.has_cone ? node.cone : ConeCodes{}};
+}
+
+glm::dvec3 Replica::world(uint32_t v) const {
+    return header_.placement.world_from_unit(unit_[v]);
+}
+
+// ---- orders ----
+
+bool Replica::precedes(uint32_t a, uint32_t b) const {
+    if (a == b) return false;
+    const bool a_is_deeper = nodes_[a].depth > nodes_[b].depth;
+    const bool is_as_deep = nodes_[a].depth == nodes_[b].depth;
+    while (nodes_[a].depth > nodes_[b].depth) a = nodes_[a].parent;
+    while (nodes_[b].depth > nodes_[a].depth) b = nodes_[b].parent;
+    if (a == b) return !is_as_deep && !a_is_deeper;
+    while (nodes_[a].parent != nodes_[b].parent) a = nodes_[a].parent, b = nodes_[b].parent;
+    // Roots are numbered as base vertices, and of siblings the kept child comes first.
+    return a < b;
+}
+
+bool Replica::is_lower(uint32_t v, uint32_t than) const {
+    const glm::u32vec3 &a = vertices_[v].position, &b = vertices_[than].position;
+    for (int i = 0; i != 3; ++i)
+        if (a[i] != b[i]) return a[i] < b[i];
+    return precedes(vertex_node_[v], vertex_node_[than]);
+}
+
+void Replica::find_ring(uint32_t vertex, Ring& ring) const {
+    mesh_.find_ring(vertex, ring);
+    if (!ring.is_closed) return;
+    const auto lowest = std::min_element(ring.neighbours.begin(), ring.neighbours.end(),
+                                         [&](uint32_t a, uint32_t b) { return is_lower(a, b); });
+    const auto turns = lowest - ring.neighbours.begin();
+    std::rotate(ring.neighbours.begin(), lowest, ring.neighbours.end());
+    std::rotate(ring.corners.begin(), ring.corners.begin() + turns, ring.corners.end());
+}
+
+// kNone where they are in two trees.
+uint32_t Replica::common_ancestor(uint32_t a, uint32_t b) const {
+    while (nodes_[a].depth > nodes_[b].depth) a = nodes_[a].parent;
+    while (nodes_[b].depth > nodes_[a].depth) b = nodes_[b].parent;
+    while (a != b && a != kNone) a = nodes_[a].parent, b = nodes_[b].parent;
+    return a == b ? a : kNone;
+}
+
+// The cut vertices differ from the split of their lowest common ancestor on.
+uint32_t Replica::needs_of(int left, int right, const Ring& ring) const {
+    if (left < 0 || right < 0) return kNone;
+    return common_ancestor(vertex_node_[ring.neighbours[size_t(left)]],
+                           vertex_node_[ring.neighbours[size_t(right)]]);
+}
+
+// ---- what arrives ----
+
+void Replica::apply(uint32_t n, const SplitData& data, const Ring& ring) {
+    const int count = int(ring.neighbours.size());
+    const bool is_whole = data.left >= 0 && data.right >= 0;
+    if (data.left >= count || data.right >= count || data.left == data.right || (ring.is_closed && !is_whole))
+        throw core::Error("split: its cut vertices are not in the ring");
+    if (nodes_[n].depth + 1u > header_.depth) throw core::Error("split: it is deeper than the model");
+    const uint32_t vertex = nodes_[n].vertex, split = split_count();
+    const uint32_t needs = needs_of(data.left, data.right, ring);
+    mesh_.split(vertex, ring, data.left, data.right);
+    add_vertex(data.vertex);
+    nodes_[n].kept_child = uint32_t(nodes_.size());
+    nodes_[n].split = split;
+    nodes_[n].needs = needs;
+    split_node_.push_back(n);
+    kept_.push_back(vertex);
+    parent_.push_back(nodes_[n].parent == kNone ? kNone : nodes_[nodes_[n].parent].split);
+    needs_.push_back(needs == kNone ? kNone : nodes_[needs].split);
+    add_node(vertex, n, data.kept);
+    add_node(uint32_t(vertices_.size()) - 1, n, data.fresh);
+}
+
+void Replica::learn_cone(uint32_t node, ConeCodes cone) {
+    nodes_[node].cone = cone;
+    nodes_[node].has_cone = true;
+}
+
+void Replica::learn_cuts(uint32_t node, int left, int right, const Ring& ring) {
+    const int count = int(ring.neighbours.size());
+    if (left >= count || right >= count) throw core::Error("split: its cut vertices are not in the ring");
+    nodes_[node].needs = needs_of(left, right, ring);
+}
+
+Hierarchy Replica::hierarchy() const {
+    static_assert(sizeof(SplitFaces) == 2 * sizeof(glm::u32vec3));
+    const auto faces = mesh_.faces();
+    Hierarchy tree;
+    tree.base_vertices = vertex_count() - split_count();
+    tree.base_faces = faces.first(faces.size() - 2 * size_t(split_count()));
+    tree.kept = kept_;
+    tree.parent = parent_;
+    tree.needs = needs_;
+    // A split adds its left and its right face in turn.
+    tree.faces = {reinterpret_cast<const SplitFaces*>(faces.data() + tree.base_faces.size()), split_count()};
+    return tree;
+}
+
+size_t Replica::memory_bytes() const {
+    const size_t of_vertex = sizeof(VertexData) + sizeof(glm::dvec3) + 2 * sizeof(uint32_t);
+    return nodes_.size() * sizeof(Node) + vertices_.size() * of_vertex +
+           split_count() * 4 * sizeof(uint32_t) + mesh_.faces().size() * 2 * sizeof(glm::u32vec3);
+}
+
+}  // namespace pm
