@@ -42,23 +42,30 @@ glm::dvec3 scaled_normal(const glm::dvec3& a, const glm::dvec3& b, const glm::dv
     return glm::cross(b - a, c - a);
 }
 
-// Calls use(u) for each neighbour once.  One that no face has as `next` is the far end of an open fan.
+// The faces about a vertex are one fan.  It is closed where its neighbours come next as often as they come
+// before; of an open one the first does not come before and the last not next, which no sum hides.
+bool is_open(std::span<const Spoke> ring) {
+    uint32_t difference = 0;
+    for (const Spoke& s : ring) difference += s.next - s.previous;
+    return difference != 0;
+}
+
+// Calls use(u, spoke) for both ends of an open fan.
 template <class Use>
-bool for_neighbours(std::span<const Spoke> ring, const Use& use) {
-    bool is_open = false;
-    for (const Spoke& s : ring) use(s.next, s);
-    if (ring.size() <= 16) {
-        for (const Spoke& s : ring)
-            if (std::none_of(ring.begin(), ring.end(), [&](const Spoke& o) { return o.next == s.previous; }))
-                is_open = true, use(s.previous, s);
-        return is_open;
-    }
-    std::vector<uint32_t> nexts(ring.size());
-    std::transform(ring.begin(), ring.end(), nexts.begin(), [](const Spoke& s) { return s.next; });
+void for_ends(std::span<const Spoke> ring, const Use& use) {
+    std::vector<std::pair<uint32_t, size_t>> nexts, previous;  // sorted: there may be many
+    for (size_t i = 0; i < ring.size(); ++i)
+        nexts.emplace_back(ring[i].next, i), previous.emplace_back(ring[i].previous, i);
     std::sort(nexts.begin(), nexts.end());
-    for (const Spoke& s : ring)
-        if (!std::binary_search(nexts.begin(), nexts.end(), s.previous)) is_open = true, use(s.previous, s);
-    return is_open;
+    std::sort(previous.begin(), previous.end());
+    const auto use_alone = [&](const auto& these, const auto& others) {
+        for (const auto& [v, i] : these) {
+            const auto other = std::lower_bound(others.begin(), others.end(), std::pair(v, size_t(0)));
+            if (other == others.end() || other->first != v) use(v, ring[i]);
+        }
+    };
+    use_alone(nexts, previous);
+    use_alone(previous, nexts);
 }
 
 class Simplifier {
@@ -100,6 +107,7 @@ class Simplifier {
   private:
     void set_quadrics() {
         quadrics_.resize(positions_.size());
+        own_cost_.resize(positions_.size());
         core::parallel_for(
             positions_.size(),
             [&](size_t i) {
@@ -122,23 +130,10 @@ class Simplifier {
                         quadrics_[v] +=
                             Quadric::plane(across / length, at, kBoundaryWeight * glm::dot(edge, edge));
                 };
-                for_boundary_ends(ring, stand_on);
+                if (is_open(ring)) for_ends(ring, stand_on);
+                own_cost_[v] = quadrics_[v](at);
             },
             1024);
-    }
-
-    // Both ends of an open fan.
-    template <class Use>
-    static void for_boundary_ends(std::span<const Spoke> ring, const Use& use) {
-        const auto is_missing = [&](uint32_t v, uint32_t Spoke::*side) {
-            return std::none_of(ring.begin(), ring.end(), [&](const Spoke& s) { return s.*side == v; });
-        };
-        const bool is_open = for_neighbours(ring, [](uint32_t, const Spoke&) {});
-        if (!is_open) return;
-        for (const Spoke& s : ring) {
-            if (is_missing(s.previous, &Spoke::next)) use(s.previous, s);
-            if (is_missing(s.next, &Spoke::previous)) use(s.next, s);
-        }
     }
 
     void set_input_normals() {
@@ -166,15 +161,14 @@ class Simplifier {
     // The cheapest target of `v` behind `tried`.  A vertex at a boundary moves along it.
     Target cheapest(uint32_t v, const Target& tried) const {
         Target best;
-        const auto consider = [&](uint32_t u, const Spoke&) {
-            const Target target{quadrics_[v](positions_[u]) + quadrics_[u](positions_[u]), u};
+        const auto consider = [&](uint32_t u) {
+            const Target target{quadrics_[v](positions_[u]) + own_cost_[u], u};
             if (tried < target && target < best) best = target;
         };
-        const auto ring = rings_[v];
-        if (for_neighbours(ring, [](uint32_t, const Spoke&) {}))
-            for_boundary_ends(ring, consider);
+        if (is_open(rings_[v]))
+            for_ends(rings_[v], [&](uint32_t u, const Spoke&) { consider(u); });
         else
-            for_neighbours(ring, consider);
+            for (const Spoke& s : rings_[v]) consider(s.next);
         return best;
     }
 
@@ -304,6 +298,7 @@ class Simplifier {
         }
         is_locked_[v] = is_gone_[v] = 1;
         quadrics_[u] += quadrics_[v];
+        own_cost_[u] = quadrics_[u](positions_[u]);
         supports_->join(v, u);
         result_.collapses.push_back(c);
     }
@@ -340,6 +335,7 @@ class Simplifier {
     Rings rings_;
     std::optional<Supports> supports_;
     std::vector<Quadric> quadrics_;
+    std::vector<double> own_cost_;         // of a vertex where it is
     std::vector<uint16_t> input_normals_;  // coded: a degree does not matter
     std::vector<Target> best_;
     std::vector<uint8_t> is_dirty_, is_locked_, is_gone_;

@@ -18,27 +18,32 @@ double squared_length(const glm::dvec3& v) {
     return glm::dot(v, v);
 }
 
-double squared_distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
-    const glm::dvec3 ab = b - a;
-    const double length2 = squared_length(ab);
-    const double t = length2 > 0 ? std::clamp(glm::dot(p - a, ab) / length2, 0.0, 1.0) : 0;
-    return squared_length(p - (a + t * ab));
+double share(double part, double whole) {
+    return whole > 0 ? part / whole : 0;
 }
 
-// Inside of the triangle's prism the distance from its plane, else that from an edge.
+// Ericson, Real-Time Collision Detection, 5.1.5: by the region of the triangle's plane that the point is
+// over.  A triangle without area is the segment or the point that it is.
 double squared_distance_to_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
                                     const glm::dvec3& c) {
-    const glm::dvec3 normal = glm::cross(b - a, c - a);
-    const double n2 = squared_length(normal);
-    const bool is_above = n2 > 0 && glm::dot(glm::cross(normal, b - a), p - a) >= 0 &&
-                          glm::dot(glm::cross(normal, c - b), p - b) >= 0 &&
-                          glm::dot(glm::cross(normal, a - c), p - c) >= 0;
-    if (is_above) {
-        const double height = glm::dot(normal, p - a);
-        return height * height / n2;
-    }
-    return std::min({squared_distance_to_segment(p, a, b), squared_distance_to_segment(p, b, c),
-                     squared_distance_to_segment(p, c, a)});
+    const glm::dvec3 ab = b - a, ac = c - a, ap = p - a;
+    const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+    if (d1 <= 0 && d2 <= 0) return squared_length(ap);
+    const glm::dvec3 bp = p - b;
+    const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+    if (d3 >= 0 && d4 <= d3) return squared_length(bp);
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return squared_length(ap - share(d1, d1 - d3) * ab);
+    const glm::dvec3 cp = p - c;
+    const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+    if (d6 >= 0 && d5 <= d6) return squared_length(cp);
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return squared_length(ap - share(d2, d2 - d6) * ac);
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 >= d3 && d5 >= d6)
+        return squared_length(bp - share(d4 - d3, (d4 - d3) + (d5 - d6)) * (c - b));
+    const double area = va + vb + vc;
+    return squared_length(ap - share(vb, area) * ab - share(vc, area) * ac);
 }
 
 double angle_between(const glm::dvec3& a, const glm::dvec3& b) {
