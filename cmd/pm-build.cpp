@@ -121,21 +121,22 @@ core::Json write_level(core::InputFile file, const std::string& input, const Lev
 core::Json build(core::InputFile file, const std::string& input, const mesh::ReadOptions& read_options,
                  const pm::BuildOptions& options, core::OutputFile& out) {
     core::Stopwatch watch;
+    const std::string name = file.name();
     mesh::ReadResult read = mesh::read_mesh(std::move(file), read_options);
     const double read_ms = watch.lap_ms();
     pm::BuildReport built;
     {
         core::Progress progress("collapses", 0);
-        built = pm::build(std::move(read.mesh), options, out, input,
+        built = pm::build(std::move(read.mesh), options, out, name,
                           [&](uint64_t done) { progress.update(done); });
     }
     out.commit();
     if (built.unreferenced > 0) read.counts.vertices_dropped["unreferenced"] += built.unreferenced;
     if (built.duplicate_faces > 0) read.counts.triangles_dropped["duplicate"] += built.duplicate_faces;
-    warn_of_drops(input, read.counts.vertices_dropped, "vertices");
-    warn_of_drops(input, read.counts.triangles_dropped, "triangles");
-    warn_of(input, built.cut_edges, "edges cut: not of two faces that run against each other");
-    warn_of(input, built.flattened_faces, "faces lose their area by rounding (--bits, --lossless)");
+    warn_of_drops(name, read.counts.vertices_dropped, "vertices");
+    warn_of_drops(name, read.counts.triangles_dropped, "triangles");
+    warn_of(name, built.cut_edges, "edges cut: not of two faces that run against each other");
+    warn_of(name, built.flattened_faces, "faces lose their area by rounding (--bits, --lossless)");
     const pm::Header& h = built.header;
     core::notice(core::text("%s: %u splits from %u vertices, %u faces; %llu bytes (%.2f a vertex)",
                             out.name().c_str(), h.details, h.base_vertices, h.base_faces,

@@ -74,10 +74,11 @@ std::string to_text(const Info& info) {
     for (const auto& [name, bytes] : info.sections)
         if (bytes > 0) text += core::text("  %-15s %llu bytes\n", name.c_str(), number(bytes));
     text += "  error           splits     faces\n";
-    // Every fourth: a factor of 2 in error.
-    for (size_t i = 0; i < info.levels.size(); i += 4)
-        text += core::text("  %-12.3g %9llu %9llu\n", info.levels[i].error, number(info.levels[i].splits),
-                           number(info.levels[i].faces));
+    // Every fourth, a factor of 2 in error, and the last.
+    for (size_t i = 0; i < info.levels.size(); ++i)
+        if (const ErrorLevel& level = info.levels[i]; i % 4 == 0 || i + 1 == info.levels.size())
+            text +=
+                core::text("  %-12.3g %9llu %9llu\n", level.error, number(level.splits), number(level.faces));
     return text;
 }
 
