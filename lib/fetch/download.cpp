@@ -39,7 +39,10 @@ class Downloads::Answer : public RangeSink {
     void head(const RangeHead& head) override {
         const double now = net::steady_seconds();
         link().answer_began(now, now - sent_);
-        if (!download_->is_over_) download_->take_head(head);
+        if (download_->is_over_) return;
+        const bool is_first = !download_->entry_;
+        download_->take_head(head);
+        if (is_first && download_->entry_) claim(head.last);
     }
 
     void bytes(std::span<const std::byte> bytes) override {
@@ -96,6 +99,13 @@ class Downloads::Answer : public RangeSink {
         download_->failures_ = 0;
         download_->all_.counts_.blocks_stored += count;
         download_->tell_arrived(first, count);
+    }
+
+    // The blocks of the first answer, which were not known before, are not to be asked for again.
+    void claim(uint64_t last) {
+        Entry& entry = *download_->entry_;
+        for (uint64_t block = 0; block <= last / entry.block_bytes(); ++block)
+            entry.set_state(uint32_t(block), BlockState::requested);
     }
 
     // The blocks that have not come are nobody's again.

@@ -9,7 +9,7 @@ namespace fetch {
 
 namespace {
 
-constexpr size_t kMostValidatorBytes = 1024;
+constexpr size_t kMostValidatorBytes = 1024, kMostDateBytes = 64;
 
 std::string_view trimmed(std::string_view text) {
     const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
@@ -73,7 +73,7 @@ std::optional<int64_t> parse_retry_after(std::string_view value, int64_t now_s) 
     if (const std::optional<uint64_t> seconds = take_number(text); seconds && text.empty())
         return int64_t(std::min<uint64_t>(*seconds, kMostRetrySeconds));
     const std::string date(trimmed(value));
-    if (date.size() > 64) return {};
+    if (date.size() > kMostDateBytes) return {};
     const time_t then = curl_getdate(date.c_str(), nullptr);
     if (then == -1) return {};
     return std::clamp<int64_t>(int64_t(then) - now_s, 0, kMostRetrySeconds);
@@ -105,7 +105,13 @@ void HttpFields::take_line(std::string_view line, int64_t now_s) {
     } else if (name == "last-modified") {
         validator.last_modified = validator_of(value);
     } else if (name == "retry-after") {
-        retry_after_s = parse_retry_after(value, now_s);
+        retry_after = value.substr(0, kMostDateBytes + 1);
+        retry_after_s = parse_retry_after(retry_after, date_s.value_or(now_s));
+    } else if (name == "date" && value.size() <= kMostDateBytes) {
+        const time_t date = curl_getdate(std::string(value).c_str(), nullptr);
+        if (date == -1) return;
+        date_s = date;
+        retry_after_s = parse_retry_after(retry_after, date);
     }
 }
 

@@ -19,8 +19,9 @@ struct ContentRange {
 // Nothing where the text is anything else, an unknown total ("*") and LAST beyond TOTAL among it.
 std::optional<ContentRange> parse_content_range(std::string_view value);
 
-// Seconds to wait, from "Retry-After: 120" or a date, at most kMostRetrySeconds; `now` is the time of the
-// same clock as the date.  Nothing where it is neither.
+// Seconds to wait, from "Retry-After: 120" or a date, at most kMostRetrySeconds; `now_s` is the time of the
+// same clock as the date: the server's, where it says ("Date"), since ours may be years off.  Nothing where
+// it is neither.
 constexpr int64_t kMostRetrySeconds = 300;
 std::optional<int64_t> parse_retry_after(std::string_view value, int64_t now_s);
 
@@ -33,6 +34,8 @@ struct HttpFields {
     std::string content_encoding;  // empty for none and for identity
     Validator validator;
     std::optional<int64_t> retry_after_s;
+    std::string retry_after;        // as it came
+    std::optional<int64_t> date_s;  // of the server's clock
 
     // Takes a line of a header, with or without its end.  A status line starts anew (after a redirect).
     void take_line(std::string_view line, int64_t now_s);

@@ -57,6 +57,20 @@ TEST(HttpFields, BelongToTheLastAnswerOfARedirect) {
     EXPECT_TRUE(fields.content_range);
 }
 
+TEST(HttpFields, ADateToWaitForIsHeldAgainstTheServersClock) {
+    const char* const date = "Date: Mon, 01 Jan 2024 00:00:00 GMT";
+    const char* const until = "Retry-After: Mon, 01 Jan 2024 00:00:07 GMT";
+    for (const bool is_date_first : {true, false}) {
+        fetch::HttpFields fields;
+        for (const char* line : {"HTTP/1.1 429 ", is_date_first ? date : until, is_date_first ? until : date})
+            fields.take_line(line, 0);
+        EXPECT_EQ(fields.retry_after_s, 7);
+    }
+    fetch::HttpFields fields;
+    for (const char* line : {"HTTP/1.1 200 ", date}) fields.take_line(line, 0);
+    EXPECT_FALSE(fields.retry_after_s);
+}
+
 TEST(HttpFields, TellOfAContradiction) {
     EXPECT_TRUE(fields_of({"HTTP/1.1 206", "Content-Range: bytes 0-1/2", "Content-Range: bytes 0-1/3"})
                     .has_bad_content_range);
