@@ -6,7 +6,7 @@ namespace fetch {
 
 namespace {
 
-constexpr double kProducts = 1.5, kProductsAtStart = 2.5;
+constexpr double kProducts = 1.5, kProductsAtStart = 2.5, kProductsOfProbe = 0.5;
 constexpr double kGain = 1.25;  // in one window; a link whose rate grows less, three times, is full
 constexpr int kWindowsAtStart = 3;
 constexpr double kRateMemory = 1.0, kRoundTripMemory = 10.0;  // seconds
@@ -32,6 +32,11 @@ void LinkEstimate::land(double now, uint64_t bytes) {
     if (in_flight_ == 0) return;
     in_flight_ -= std::min(in_flight_, bytes);
     if (in_flight_ == 0) busy_before_ += now - busy_since_;
+    note_drained(now);
+}
+
+void LinkEstimate::note_drained(double now) {
+    if (is_probing_ && drained_at_ < 0 && in_flight_ <= window_bytes()) drained_at_ = now;
 }
 
 double LinkEstimate::busy_s(double now) const {
@@ -39,9 +44,17 @@ double LinkEstimate::busy_s(double now) const {
 }
 
 void LinkEstimate::answer_began(double now, double after_s) {
+    const bool ends_probe = is_probing_ && drained_at_ >= 0 && now - after_s >= drained_at_;
+    if (ends_probe) {
+        round_trips_.clear();
+        is_probing_ = false;
+    }
     while (!round_trips_.empty() && round_trips_.back().value >= after_s) round_trips_.pop_back();
     round_trips_.push_back({now, after_s});
-    while (round_trips_.front().at < now - kRoundTripMemory) round_trips_.pop_front();
+    if (is_probing_ || round_trips_.front().at >= now - kRoundTripMemory) return;
+    is_probing_ = true;
+    drained_at_ = -1;
+    note_drained(now);
 }
 
 void LinkEstimate::bytes_came(double now, uint64_t bytes) {
@@ -75,9 +88,8 @@ double LinkEstimate::round_trip_s() const {
 
 uint64_t LinkEstimate::window_bytes() const {
     const bool is_start = windows_without_gain_ < kWindowsAtStart;
-    const double product =
-        (is_start ? kProductsAtStart : kProducts) * rate_ * std::max(round_trip_s(), kShortestProduct);
-    return std::max(kFloor, uint64_t(product));
+    const double products = is_probing_ ? kProductsOfProbe : is_start ? kProductsAtStart : kProducts;
+    return std::max(kFloor, uint64_t(products * rate_ * std::max(round_trip_s(), kShortestProduct)));
 }
 
 uint64_t LinkEstimate::request_bytes(unsigned streams) const {

@@ -4,6 +4,8 @@
 // block after a change of view by up to 1.2 s (in simulation, 384 kbit/s, 150 ms).  As with BBR (Cardwell et
 // al., 2016) the bandwidth is the largest rate of late, and the round trip the smallest: what is in flight
 // then grows by itself until the rate does not follow any more; at the start it doubles in every round trip.
+// On a link that is kept full an answer waits behind those before it, so that no round trip is seen: every 10
+// s half a product is left in flight until one is.  (Without that the window grew by a half every 10 s.)
 #pragma once
 
 #include <cstdint>
@@ -39,10 +41,13 @@ class LinkEstimate {
     void land(double now, uint64_t bytes);
     double busy_s(double now) const;
     void end_window(double now);
+    void note_drained(double now);
 
     uint64_t in_flight_ = 0;
     double rate_ = 0;
     std::deque<Sample> rates_, round_trips_;  // of late; the extreme one first
+    bool is_probing_ = false;                 // for a round trip
+    double drained_at_ = -1;                  // of a probe: since when there is little in flight; -1: not yet
     // A rate is taken over a window of time in which something was in flight; pauses do not count.
     double busy_since_ = 0, busy_before_ = 0;
     uint64_t window_bytes_came_ = 0;

@@ -71,6 +71,27 @@ TEST(LinkEstimate, FillsEveryLinkAndHoldsLittleMoreInFlight) {
     }
 }
 
+// A link that is always full shows no round trip, only the queue that the window makes.
+TEST(LinkEstimate, DoesNotTakeItsOwnQueueForTheWay) {
+    for (const Link& is : kLinks) {
+        LinkEstimate link;
+        const uint64_t total = uint64_t(is.bytes_per_s * 100);
+        const double took = carry(link, is.bytes_per_s, is.round_trip_s, total);
+        const std::string name =
+            testing::PrintToString(is.bytes_per_s) + " B/s, " + testing::PrintToString(is.round_trip_s);
+        const double product = is.bytes_per_s * (is.round_trip_s + 3072 / is.bytes_per_s);
+        EXPECT_LE(double(link.window_bytes()), 1.8 * std::max(product, 0.002 * is.bytes_per_s)) << name;
+        EXPECT_LT(took, 1.05 * 100 + 12 * is.round_trip_s) << name << ": looking for it costs little";
+    }
+}
+
+TEST(LinkEstimate, FollowsAWayThatBecomesLonger) {
+    LinkEstimate link;
+    const double now = carry(link, 1e6, 0.02, 2'000'000);
+    carry(link, 1e6, 0.2, 30'000'000, now);
+    EXPECT_NEAR(link.round_trip_s(), 0.2, 0.03);
+}
+
 TEST(LinkEstimate, FollowsALinkThatBecomesSlower) {
     LinkEstimate link;
     const double now = carry(link, 1e6, 0.04, 5'000'000);
