@@ -4,12 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <glm/glm.hpp>
-#include <vector>
 
 #include "geom/triangle_batch.h"
 #include "splat/cut_groups.h"
 #include "splat/triangle_reader.h"
+#include "splat/triangle_view.h"
 
 namespace splat {
 
@@ -18,8 +17,8 @@ class CutTriangles {
   public:
     geom::TriangleBatch batch;
 
-    // Nothing is in the batch any more, and no run is decoded for another view.
-    void begin() { batch.count = 0, run_.block = ~uint64_t(0); }
+    // Nothing is in the batch any more, and no run is seen by another view.
+    void begin() { batch.count = 0, seen_block_ = ~uint64_t(0); }
 
     const BlockTriangles& open(const Model& model, const BlockView& block) {
         BlockTriangles& found = opened_[block.number() % kOpened];
@@ -33,22 +32,12 @@ class CutTriangles {
              const std::function<void(uint64_t)>& touch);
 
   private:
-    static constexpr size_t kOpened = 16;
-
-    // The corners of a run in view space, each decoded when it is first asked for.
-    struct DecodedRun {
-        uint64_t block = ~uint64_t(0);  // of nodes
-        uint32_t run = 0;
-        std::vector<uint8_t> is_decoded;
-        std::vector<glm::vec3> at, normal;
-    };
-
-    void decode_corner(const TriangleRun& run, uint32_t entry, const CutView& view);
-    void add_triangle(const BlockTriangles::PlacedRun& placed, uint32_t triangle, uint32_t colour,
-                      const CutView& view);
+    static constexpr size_t kOpened = 4;
 
     std::array<BlockTriangles, kOpened> opened_;  // by number modulo this
-    DecodedRun run_;
+    RunInView seen_;                              // the run that the last triangle was taken from
+    uint64_t seen_block_ = ~uint64_t(0);          // of nodes
+    uint32_t seen_run_ = 0;
 };
 
 }  // namespace splat

@@ -125,10 +125,10 @@ class MeshWriter {
                     throw core::Error(
                         core::text("%s: cut off at byte %zu, before the last triangles; level %u has points",
                                    model_.name().c_str(), model_.size_bytes(), header_.level_count - 1));
-                const auto& placed = triangles.runs()[at.run];
-                const glm::u32vec3 entries = placed.entries[at.triangle];
+                const TriangleRun& run = triangles.runs()[at.run].run;
+                const glm::u32vec3 entries = run.entries(at.triangle);
                 glm::u32vec3 corners;
-                for (int k = 0; k < 3; ++k) corners[k] = number_of(placed.run.position(entries[k]));
+                for (int k = 0; k < 3; ++k) corners[k] = number_of(run.position(entries[k]));
                 use(corners, nodes.colour() ? nodes.colour()[slot] : uint16_t(0));
             }
         }

@@ -69,6 +69,7 @@ struct Header {
     bool has_triangles() const { return flags & kTriangles; }
     uint32_t version() const { return has_triangles() ? 2 : 1; }
     uint64_t node_blocks() const { return block_count - triangle_blocks; }
+    uint64_t triangle_payload() const { return block_size - sizeof(uint32_t); }  // bytes of runs in a block
     uint32_t block_header_size() const { return has_triangles() ? 24 : 16; }
     uint32_t capacity() const;   // nodes a block: as many as fit, a multiple of 7
 };
@@ -79,13 +80,11 @@ struct BlockHeader {
     uint16_t child_slot;    // where the first child group of the block's nodes is
     uint64_t child_block;
 };
-// Behind it with kTriangles: u64, where the first run of the block's leaves is, in bytes from block 0.
+// Behind it with kTriangles: u64, where the first run of the block's leaves is, in bytes of all runs.
 constexpr size_t kBlockTrianglesAt = sizeof(BlockHeader);
 
-struct TriangleBlockHeader {
-    uint32_t checksum;  // as a node block's
-    uint32_t used;      // bytes of the block that are in use
-};
+// A block of triangles is its checksum, as a node block's, and bytes of runs, which go on from block to block.
+constexpr size_t kTriangleBlockHeader = sizeof(uint32_t);
 
 // Serialised form, 256 bytes with its checksum.  parse throws core::Error "<name>: ..."; of a compressed model it takes
 // the header of the plain one.

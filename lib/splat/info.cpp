@@ -97,8 +97,7 @@ TriangleInfo read_triangles(const Model& model) {
             const TriangleRun& run = placed.run;
             ++info.runs;
             info.triangles += run.triangles(), info.corners += run.corners();
-            if (!run.has_normals()) continue;
-            info.corner_normals += run.corners();
+            if (run.has_normals()) info.corner_normals += run.corners();
             for (uint32_t t = 0; t < run.triangles(); ++t) info.smooth += run.is_smooth(t);
         }
     }

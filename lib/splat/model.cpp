@@ -85,10 +85,7 @@ std::span<const std::byte> Model::any_block(uint64_t number) const {
 
 std::span<const std::byte> Model::triangle_block(uint64_t number) const {
     if (number < header_.node_blocks()) fault(number, "is no block of triangles");
-    const auto bytes = any_block(number);
-    TriangleBlockHeader head;
-    std::memcpy(&head, bytes.data(), sizeof(head));
-    return bytes.first(head.used);
+    return any_block(number);
 }
 
 void Model::prefetch(const GroupAt& group) const {
@@ -115,10 +112,7 @@ void Model::check_block(uint64_t number) const {
     std::memcpy(&stored, bytes.data(), sizeof(stored));
     const uint32_t found = block_checksum(bytes, number);
     if (found != stored) fault(number, core::text("checksum %08x, stored is %08x", found, stored));
-    if (number < header_.node_blocks())
-        check_nodes(number, bytes);
-    else
-        check_triangles(number, bytes);
+    if (number < header_.node_blocks()) check_nodes(number, bytes);
     if (checked_[number].exchange(1, std::memory_order_acq_rel) == 0) blocks_used_.fetch_add(1, std::memory_order_relaxed);
 }
 
@@ -131,13 +125,6 @@ void Model::check_nodes(uint64_t number, std::span<const std::byte> bytes) const
         fault(number, core::text("child slot %u of %u", head.child_slot, layout_.capacity));
     // Children stand after their parents: this is what makes every walk end.
     if (head.child_block < number) fault(number, "points backwards");
-}
-
-void Model::check_triangles(uint64_t number, std::span<const std::byte> bytes) const {
-    TriangleBlockHeader head;
-    std::memcpy(&head, bytes.data(), sizeof(head));
-    if (head.used <= sizeof(head) || head.used > header_.block_size)
-        fault(number, core::text("%u bytes in use, %zu to %u are possible", head.used, sizeof(head) + 1, header_.block_size));
 }
 
 void BlockView::open(const Model& model, uint64_t number) {

@@ -58,7 +58,7 @@ class Model {
     // "<name>: block 7 at byte 7424: ...".
     std::span<const std::byte> block(uint64_t number) const;
 
-    // The bytes in use of a block of triangles that is present, its header among them, checked likewise.
+    // The same of a block of triangles.
     std::span<const std::byte> triangle_block(uint64_t number) const;
 
     // The same of a block of either kind, all of it.
@@ -77,7 +77,6 @@ class Model {
     uint64_t offset_of(uint64_t number) const;
     void check_block(uint64_t number) const;
     void check_nodes(uint64_t number, std::span<const std::byte> bytes) const;
-    void check_triangles(uint64_t number, std::span<const std::byte> bytes) const;
     void take_block(uint64_t number) const;
     std::span<std::byte> own_block(uint64_t number) const {
         return own_.bytes().subspan(number * header_.block_size, header_.block_size);

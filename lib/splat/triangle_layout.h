@@ -1,4 +1,4 @@
-// Laying triangle leaves out as runs, in blocks of their own.
+// Laying triangle leaves out as runs, one after the other, in blocks of their own.
 #pragma once
 
 #include <cstddef>
@@ -27,31 +27,37 @@ class TriangleBlocks {
     TriangleBlocks(const TriangleSource& source, uint32_t block_size, uint64_t node_blocks,
                    const std::function<void(uint64_t, std::vector<uint32_t>&)>& leaves_of);
 
-    uint64_t count() const { return count_; }
+    uint64_t count() const { return (size_ + payload_ - 1) / payload_; }
     // Where the first run of a node block's leaves is, as its header has it.
-    uint64_t at(uint64_t node_block) const;
+    uint64_t at(uint64_t node_block) const {
+        const Chunk& chunk = chunks_[node_block / kChunk];
+        const uint64_t at = chunk.at[node_block % kChunk];
+        return at == kNoLeaves ? 0 : chunk.begin + at;
+    }
     // Writes the blocks, once, behind those of the nodes.
     void write(core::OutputFile& out);
 
   private:
-    // Node blocks next to each other, whose runs begin with a block: so chunks are packed at once.
+    // Runs of node blocks next to each other: so chunks are packed at once.
     struct Chunk {
-        uint64_t first_block = 0;      // among the triangles' blocks
-        std::vector<std::byte> bytes;  // whole blocks
-        std::vector<uint64_t> at;      // by node block, from the chunk's first byte; kNoLeaves
+        uint64_t begin = 0;  // among all runs' bytes
+        std::vector<std::byte> bytes;
+        std::vector<uint64_t> at;  // by node block, from the chunk's first byte; kNoLeaves
         uint64_t smooth = 0;
     };
     static constexpr uint64_t kNoLeaves = ~uint64_t(0);
-    static constexpr uint64_t kChunk = 64;  // half a block is lost a chunk: 0.2 % of the corners
+    static constexpr uint64_t kChunk = 64;
 
     void pack(uint64_t first, uint64_t end, Chunk& chunk,
               const std::function<void(uint64_t, std::vector<uint32_t>&)>& leaves_of) const;
+    void fill(uint64_t number, std::span<std::byte> block) const;
 
     const TriangleSource source_;
     const uint32_t block_size_;
+    const uint64_t payload_;  // bytes of a block that runs take
     const uint64_t node_blocks_;
     std::vector<Chunk> chunks_;
-    uint64_t count_ = 0;
+    uint64_t size_ = 0;  // of all runs
 };
 
 }  // namespace splat

@@ -7,7 +7,7 @@
 
 #include "core/parallel.h"
 #include "splat/format.h"
-#include "splat/triangle_run.h"
+#include "splat/corner_normal.h"
 
 namespace splat {
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "splat/model.h"
@@ -20,35 +21,38 @@ class BlockTriangles {
     // A run, and where it stands.
     struct PlacedRun {
         TriangleRun run;
-        uint64_t block;
-        uint32_t offset;                    // in the block
-        uint32_t first_leaf;                // of the block's leaves, in the order of their slots
-        std::vector<glm::u32vec3> entries;  // of its triangles
+        uint64_t at;                      // byte of all runs
+        uint64_t first_block, end_block;  // that hold it
+        uint32_t first_leaf;              // of the block's leaves, in the order of their slots
     };
 
-    // Finds the runs that are there.  Throws core::Error for a damaged block, for runs that do not fit into
-    // it or name corners that they do not have, and for runs of other leaves than the block's.
+    // Reads the runs that are there.  Throws core::Error for a damaged block or run, and for runs of other
+    // leaves than the block's.
     void open(const Model& model, const BlockView& nodes);
     bool is_open() const { return is_open_; }
     uint64_t number() const { return number_; }  // of the block of nodes
 
     uint32_t leaf_count() const { return leaf_count_; }
-    const std::vector<PlacedRun>& runs() const { return runs_; }
+    std::span<const PlacedRun> runs() const { return std::span(runs_).first(run_count_); }
 
     // Of the leaf in `slot`.
     Place find(uint32_t slot) const {
         const uint32_t leaf = leaf_of_[slot];
-        for (uint32_t r = 0; r < runs_.size(); ++r)
+        for (uint32_t r = 0; r < run_count_; ++r)
             if (leaf - runs_[r].first_leaf < runs_[r].run.triangles()) return {r, leaf - runs_[r].first_leaf};
         return {};
     }
 
   private:
+    bool gather(const Model& model, uint64_t at, size_t count);
+
     bool is_open_ = false;
     uint64_t number_ = 0;
     uint32_t leaf_count_ = 0;
     std::vector<uint16_t> leaf_of_;  // by slot: leaves before it
-    std::vector<PlacedRun> runs_;
+    std::vector<PlacedRun> runs_;    // the first run_count_; others keep their memory
+    size_t run_count_ = 0;
+    std::vector<std::byte> bytes_;  // of a run, and kRunReadAhead
 };
 
 }  // namespace splat

@@ -2,235 +2,173 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
+#include <cstring>
 
 #include "core/error.h"
 
 namespace splat {
 
-namespace {
-
-constexpr uint32_t kCountBits = 7, kCornerCountBits = 9, kWidthBits = 5, kHeadBits = 32;
-constexpr uint32_t kNormalWidthBits = 4, kNormalHeadBits = 2 * (kNormalWidthBits + kCornerNormalBits);
-
-uint32_t width_of(uint32_t most) {
-    return uint32_t(std::bit_width(most));
-}
-uint32_t width_between(int low, int high) {
-    return width_of(uint32_t(high) - uint32_t(low));
-}
-glm::uvec2 steps_of(uint32_t normal) {
-    return {normal & 4095u, normal >> 12};
-}
-
-// A row of bits that grows.
-class BitWriter {
+// The bits of a run, of which a few at a time are looked at, however many there are: at_end() tells.
+class TriangleRun::Bits {
   public:
-    explicit BitWriter(std::vector<std::byte>& out) : out_(out) {}
-    void put(uint64_t value, uint32_t width) {  // width <= 32
-        held_ |= value << count_;
-        for (count_ += width; count_ >= 8; count_ -= 8, held_ >>= 8) out_.push_back(std::byte(held_ & 255u));
+    explicit Bits(std::span<const std::byte> bytes) : bytes_(bytes.data()), size_(8 * bytes.size()) {}
+
+    // The next 57 bits at least.
+    uint64_t peek() const {
+        uint64_t word;
+        std::memcpy(&word, bytes_ + at_ / 8, sizeof(word));
+        return word >> at_ % 8;
     }
-    void finish() {
-        if (count_ > 0) out_.push_back(std::byte(held_ & 255u));
-        count_ = 0, held_ = 0;
+    void skip(uint32_t count) { at_ += count; }
+    uint32_t take(uint32_t count) {  // count <= 32
+        const uint64_t word = peek() & ((uint64_t(1) << count) - 1);
+        at_ += count;
+        return uint32_t(word);
+    }
+    // Two's complement.
+    int64_t take_signed(uint32_t count) {  // count <= 48
+        const uint64_t word = peek() & ((uint64_t(1) << count) - 1), sign = (uint64_t(1) << count) >> 1;
+        at_ += count;
+        return int64_t(word ^ sign) - int64_t(sign);
+    }
+    bool is_past_end() const { return at_ > size_; }
+    // At the last byte's end, but for zeros.
+    bool is_at_end() const {
+        return at_ <= size_ && size_ - at_ < 8 && (peek() & ((1u << (size_ - at_)) - 1)) == 0;
     }
 
   private:
-    std::vector<std::byte>& out_;
-    uint64_t held_ = 0;
-    uint32_t count_ = 0;
+    const std::byte* bytes_;
+    size_t at_ = 0;  // bits
+    size_t size_;
 };
+
+namespace {
+
+// What one triangle, or corner, takes is looked at before it is known to be there.
+static_assert(kRunReadAhead >= 8 + (2 + 3 * any_position_width(30)) / 8);
+constexpr uint32_t kMostBackBits = 7;  // of kMostRunTriangles - 1, below the highest
+
+uint32_t index_width(uint32_t count) {
+    return uint32_t(std::bit_width(count - 1));
+}
 
 }  // namespace
 
-uint32_t encode_corner_normal(const glm::dvec3& n) {
-    constexpr double kMiddle = (kCornerNormalSteps - 1) / 2;
-    const double sum = std::fabs(n.x) + std::fabs(n.y) + std::fabs(n.z);
-    if (!(sum > 0)) return 0;
-    double x = n.x / sum, y = n.y / sum;
-    if (n.z < 0) {
-        const double folded = std::copysign(1 - std::fabs(y), x);
-        y = std::copysign(1 - std::fabs(x), y), x = folded;
+std::string TriangleRun::read(std::span<const std::byte> bytes, uint32_t lattice_bits) {
+    Bits bits(bytes);
+    size_ = bits.take(kRunSizeBits);
+    entries_.resize(bits.take(kRunTriangleBits) + 1);
+    corners_ = bits.take(kRunCornerBits) + 1;
+    shading_ = RunShading(bits.take(kRunShadingBits));
+    position_width_ = bits.take(kPositionWidthBits), normal_width_ = bits.take(kNormalWidthBits);
+    if (size_ != bytes.size() || bits.is_past_end()) return core::text("a run of %zu bytes", size_);
+    if (shading_ > RunShading::mixed) return "triangles that are neither smooth nor flat";
+    std::string fault = read_triangles(bits);
+    if (fault.empty()) fault = read_positions(bits, lattice_bits);
+    if (fault.empty() && has_normals()) fault = read_normals(bits);
+    if (fault.empty() && shading_ == RunShading::mixed) {
+        smooth_.resize(triangles());
+        for (size_t t = 0; t < smooth_.size() && !bits.is_past_end(); ++t) smooth_[t] = uint8_t(bits.take(1));
     }
-    const auto step = [&](double v) { return uint32_t(std::lround(v * kMiddle) + long(kMiddle)); };
-    return step(x) | step(y) << 12;
+    if (fault.empty() && !bits.is_at_end())
+        fault = core::text("a run does not end with its %zu bytes", size_);
+    return fault;
 }
 
-glm::vec3 decode_corner_normal(uint32_t code) {
-    constexpr float kMiddle = (kCornerNormalSteps - 1) / 2;
-    const float x = (float(code & 4095u) - kMiddle) / kMiddle,
-                y = (float(code >> 12 & 4095u) - kMiddle) / kMiddle;
-    const float ax = std::fabs(x), ay = std::fabs(y);
-    glm::vec3 n(x, y, 1.0f - ax - ay);
-    if (n.z < 0.0f) n.x = std::copysign(1.0f - ay, x), n.y = std::copysign(1.0f - ax, y);
-    const float s = 1.0f / std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
-    return {n.x * s, n.y * s, n.z * s};
-}
-
-uint32_t TriangleRun::bits(size_t at, uint32_t count) const {
-    const size_t byte = at / 8;
-    uint64_t word = 0;
-    std::memcpy(&word, bytes_.data() + byte, std::min(sizeof(word), bytes_.size() - byte));
-    return uint32_t(word >> at % 8 & ((uint64_t(1) << count) - 1));
-}
-
-std::string TriangleRun::open(std::span<const std::byte> used, size_t offset, uint32_t lattice_bits) {
-    const size_t base_bits = 3 * size_t(lattice_bits + 1);
-    if (offset > used.size() || (used.size() - offset) * 8 < kHeadBits + base_bits)
-        return core::text("a run at byte %zu goes beyond its block's %zu", offset, used.size());
-    bytes_ = used.subspan(offset);
-    size_t at = 0;
-    const auto take = [&](uint32_t width) {
-        at += width;
-        return bits(at - width, width);
+std::string TriangleRun::read_triangles(Bits& run_bits) {
+    Bits bits = run_bits;
+    expected_.resize(corners_ + 1);  // one may be noted beyond the last
+    uint32_t next = 0;               // entry that no triangle had yet
+    bool is_whole = true;
+    // Takes a corner from `word`, which then goes on behind it.  Without branches: whether it is new is
+    // anyone's guess.
+    const auto take_corner = [&](uint64_t& word, const Parallelogram& expected) -> uint32_t {
+        const uint32_t is_next = word & 1;
+        const uint32_t width = is_next ? 0 : index_width(std::max(next, 1u));
+        const uint32_t had = uint32_t(word >> 1) & ((1u << width) - 1);
+        word >>= 1 + width;
+        bits.skip(1 + width);
+        const uint32_t entry = is_next ? next : had;
+        expected_[std::min(next, corners_)] = expected;
+        next += is_next;
+        is_whole &= entry < next && next <= corners_;
+        return entry;
     };
-    triangles_ = take(kCountBits) + 1, corners_ = take(kCornerCountBits) + 1;
-    position_width_ = 0;
-    for (uint32_t& width : width_) position_width_ += width = take(kWidthBits);
-    has_normals_ = take(1);
-    for (int axis = 0; axis < 3; ++axis)
-        base_[axis] = int64_t(take(lattice_bits + 1)) - (int64_t(1) << lattice_bits);
-    if (has_normals_) {
-        if (bytes_.size() * 8 < at + kNormalHeadBits)
-            return core::text("a run at byte %zu goes beyond its block's %zu", offset, used.size());
-        for (uint32_t& width : normal_width_) width = take(kNormalWidthBits);
-        for (uint32_t& base : normal_base_) base = take(kCornerNormalBits);
+    for (uint32_t t = 0; t < triangles(); ++t) {
+        uint64_t word = bits.peek();
+        const bool is_glued = word & 1;
+        word >>= 1;
+        bits.skip(1);
+        glm::u32vec3& triangle = entries_[t];
+        if (!is_glued) {
+            for (int k = 0; k < 3; ++k) {
+                const uint32_t before = std::max(next, 1u) - 1;
+                triangle[k] = take_corner(word, {before, before, before});
+            }
+        } else {
+            const auto zeros = uint32_t(std::countr_zero(word));
+            if (zeros > kMostBackBits) return core::text("triangle %u is glued to none before it", t);
+            const auto back = uint32_t(word >> (zeros + 1) & ((1u << zeros) - 1)) | 1u << zeros;
+            word >>= 2 * zeros + 1;
+            const uint32_t edge = (word & 1) + (word & (word >> 1) & 1), edge_bits = 1 + (word & 1);
+            word >>= edge_bits;
+            bits.skip(2 * zeros + 1 + edge_bits);
+            if (back > t) return core::text("triangle %u is glued to none before it", t);
+            constexpr uint8_t kNext[5] = {0, 1, 2, 0, 1};
+            const glm::u32vec3 to = entries_[t - back];
+            triangle.x = to[kNext[edge + 1]], triangle.y = to[edge];
+            triangle.z = take_corner(word, {triangle.x, triangle.y, to[kNext[edge + 2]]});
+        }
+        if (!is_whole || bits.is_past_end())
+            return core::text("triangle %u has an entry beyond its table", t);
     }
-    positions_at_ = at;
-    normals_at_ = positions_at_ + size_t(corners_) * position_width_;
-    entries_at_ = normals_at_ + (has_normals_ ? size_t(corners_) * (normal_width_[0] + normal_width_[1]) : 0);
-    // Each entry of the table is once the next one.
-    const size_t used_before = std::max<size_t>(3 * size_t(triangles_), corners_) - corners_;
-    end_ = entries_at_ + 3 * size_t(triangles_) + used_before * width_of(corners_ - 1) +
-           (has_normals_ ? triangles_ : 0);
-    if (size_bytes() > bytes_.size())
-        return core::text("a run of %zu bytes at byte %zu goes beyond its block's %zu", size_bytes(), offset,
-                          used.size());
-    bytes_ = bytes_.first(size_bytes());
+    if (next != corners_) return core::text("%u corners, its triangles have %u", corners_, next);
+    run_bits = bits;
     return {};
 }
 
-bool TriangleRun::has_zero_padding() const {
-    return end_ % 8 == 0 || bits(end_, uint32_t(8 - end_ % 8)) == 0;
-}
-
-glm::i64vec3 TriangleRun::position(uint32_t entry) const {
-    size_t at = positions_at_ + size_t(entry) * position_width_;
-    glm::i64vec3 p = base_;
-    for (int axis = 0; axis < 3; ++axis) p[axis] += bits(at, width_[axis]), at += width_[axis];
-    return p;
-}
-
-uint32_t TriangleRun::normal_code(uint32_t entry) const {
-    if (!has_normals_) return 0;
-    const size_t at = normals_at_ + size_t(entry) * (normal_width_[0] + normal_width_[1]);
-    const uint32_t column = normal_base_[0] + bits(at, normal_width_[0]),
-                   row = normal_base_[1] + bits(at + normal_width_[0], normal_width_[1]);
-    return column | row << 12;
-}
-
-std::string TriangleRun::read_entries(std::vector<glm::u32vec3>& entries) const {
-    const uint32_t width = width_of(corners_ - 1);
-    size_t at = entries_at_;
-    uint32_t next = 0;
-    const size_t end = end_ - (has_normals_ ? triangles_ : 0);
-    entries.resize(triangles_);
-    for (uint32_t t = 0; t < triangles_; ++t)
-        for (int k = 0; k < 3; ++k) {
-            const uint32_t word = bits(at, 1 + width);
-            const bool is_next = word & 1;
-            entries[t][k] = is_next ? next++ : word >> 1;
-            at += is_next ? 1 : 1 + width;
-            if (next > corners_ || entries[t][k] >= next || at > end)
-                return core::text("triangle %u has an entry beyond its table", t);
+std::string TriangleRun::read_positions(Bits& run_bits, uint32_t lattice_bits) {
+    Bits bits = run_bits;
+    for (auto& axis : positions_) axis.resize(corners_ + kRoom);
+    uint32_t widths[4];
+    for (uint32_t c = 0; c < 4; ++c) widths[c] = position_width(position_width_, c, lattice_bits);
+    const int64_t limit = int64_t(1) << lattice_bits;
+    for (uint32_t e = 0; e < corners_; ++e) {
+        const uint32_t width = widths[bits.take(kClassBits)];
+        const Parallelogram& from = expected_[e];
+        bool is_inside = true;
+        for (auto& axis : positions_) {
+            const int64_t told = e == 0 ? 0 : int64_t(axis[from.a]) + axis[from.b] - axis[from.c];
+            const int64_t value = told + bits.take_signed(width);
+            is_inside &= -limit <= value && value <= limit;
+            axis[e] = int32_t(value);
         }
-    return at == end && next == corners_ ? std::string()
-                                         : core::text("%u corners, its triangles have %u", corners_, next);
+        if (!is_inside || bits.is_past_end()) return core::text("corner %u is outside the lattice", e);
+    }
+    run_bits = bits;
+    return {};
 }
 
-size_t RunPacker::size_bits(const Extent& e) const {
-    size_t entry = 0, head = kHeadBits + 3 * size_t(lattice_bits_ + 1);
-    for (int axis = 0; axis < 3; ++axis) entry += width_between(e.low[axis], e.high[axis]);
-    if (e.has_normals) {
-        const glm::uvec2 wide = e.normal_high - e.normal_low;
-        entry += width_of(wide.x) + width_of(wide.y);
-        head += kNormalHeadBits + e.triangles;
+std::string TriangleRun::read_normals(Bits& run_bits) {
+    Bits bits = run_bits;
+    normals_.resize(corners_ + kRoom);
+    tell_corner_normals(entries_, positions_, std::span(normals_).first(corners_));
+    uint32_t widths[4];
+    for (uint32_t c = 0; c < 4; ++c) widths[c] = normal_width(normal_width_, c);
+    for (uint32_t e = 0; e < corners_; ++e) {
+        const uint32_t size_class = bits.take(kClassBits);
+        if (size_class == 0) continue;
+        const uint32_t width = widths[size_class], told = normals_[e];
+        const int64_t column = int64_t(told & 4095u) + bits.take_signed(width),
+                      row = int64_t(told >> 12) + bits.take_signed(width);
+        if (std::min(column, row) < 0 || std::max(column, row) >= kCornerNormalSteps || bits.is_past_end())
+            return core::text("normal of corner %u has column %lld and row %lld", e,
+                              static_cast<long long>(column), static_cast<long long>(row));
+        normals_[e] = uint32_t(column | row << 12);
     }
-    return head + e.corners * entry + 3 * e.triangles +
-           (3 * e.triangles - e.corners) * width_of(uint32_t(e.corners - 1));
-}
-
-bool RunPacker::add(const Corner (&corners)[3], bool is_smooth, size_t room) {
-    if (is_full()) return false;
-    const size_t known = table_.size();
-    Extent grown = extent_;
-    if (known == 0) grown.low = grown.high = corners[0].position;
-    ++grown.triangles;
-    grown.has_normals |= is_smooth;
-    glm::u32vec3 entry;
-    for (int k = 0; k < 3; ++k) {
-        const auto is_same = [&](const Corner& c) { return c.vertex == corners[k].vertex; };
-        const auto at = std::find_if(table_.begin(), table_.end(), is_same);
-        entry[k] = uint32_t(at - table_.begin());
-        if (at == table_.end()) table_.push_back(corners[k]);
-        grown.low = glm::min(grown.low, corners[k].position),
-        grown.high = glm::max(grown.high, corners[k].position);
-        if (!is_smooth) continue;
-        const glm::uvec2 steps = steps_of(corners[k].normal);
-        grown.normal_low = glm::min(grown.normal_low, steps),
-        grown.normal_high = glm::max(grown.normal_high, steps);
-    }
-    grown.corners = table_.size();
-    if (size_bits(grown) > 8 * room) {
-        table_.resize(known);
-        return false;
-    }
-    extent_ = grown;
-    needs_normal_.resize(table_.size(), false);
-    for (int k = 0; k < 3; ++k) needs_normal_[entry[k]] |= uint8_t(is_smooth);
-    triangles_.push_back(entry), smooth_.push_back(is_smooth);
-    return true;
-}
-
-void RunPacker::finish(std::vector<std::byte>& out) {
-    BitWriter bits(out);
-    const Extent& e = extent_;
-    bits.put(e.triangles - 1, kCountBits), bits.put(e.corners - 1, kCornerCountBits);
-    uint32_t width[3];
-    for (int axis = 0; axis < 3; ++axis)
-        bits.put(width[axis] = width_between(e.low[axis], e.high[axis]), kWidthBits);
-    bits.put(e.has_normals, 1);
-    for (int axis = 0; axis < 3; ++axis)
-        bits.put(uint64_t(int64_t(e.low[axis]) + (int64_t(1) << lattice_bits_)), lattice_bits_ + 1);
-    const glm::uvec2 wide = e.normal_high - e.normal_low;
-    if (e.has_normals) {
-        for (int k = 0; k < 2; ++k) bits.put(width_of(wide[k]), kNormalWidthBits);
-        for (int k = 0; k < 2; ++k) bits.put(e.normal_low[k], kCornerNormalBits);
-    }
-    for (const Corner& c : table_)
-        for (int axis = 0; axis < 3; ++axis)
-            bits.put(uint32_t(c.position[axis]) - uint32_t(e.low[axis]), width[axis]);
-    for (size_t i = 0; e.has_normals && i < table_.size(); ++i) {
-        // Those of flat triangles are not looked at.
-        const glm::uvec2 above = needs_normal_[i] ? steps_of(table_[i].normal) - e.normal_low : glm::uvec2(0);
-        for (int k = 0; k < 2; ++k) bits.put(above[k], width_of(wide[k]));
-    }
-    const uint32_t entry_width = width_of(uint32_t(e.corners - 1));
-    uint32_t next = 0;
-    for (const glm::u32vec3& t : triangles_)
-        for (int k = 0; k < 3; ++k) {
-            const bool is_next = t[k] == next;
-            bits.put(is_next, 1);
-            if (is_next)
-                ++next;
-            else
-                bits.put(t[k], entry_width);
-        }
-    for (size_t t = 0; e.has_normals && t < triangles_.size(); ++t) bits.put(smooth_[t], 1);
-    bits.finish();
-    table_.clear(), needs_normal_.clear(), triangles_.clear(), smooth_.clear();
-    extent_ = {};
+    run_bits = bits;
+    return {};
 }
 
 }  // namespace splat

@@ -1,103 +1,101 @@
 // Runs of triangle leaves: a table of corners, on the model's lattice, and which of them each triangle has.
 //
-// A run is a row of bits (man/qs.5, "Triangles"), lowest first:
-//
-//     7 triangles - 1, 9 corners - 1, 3 x 5 widths of positions, 1 has_normals
-//     3 x (lattice_bits + 1) base + 2^lattice_bits
-//     with has_normals: 2 x 4 widths of normals, 2 x 12 base
-//     corners x (x, y, z above the base, of their widths)
-//     corners x (column, row above their base), with has_normals
-//     triangles x 3 x (1: the table's next entry; or 0 and one that was used before, as wide as corners - 1
-//     takes) triangles x 1 smooth, with has_normals
-//
-// Neighbours share corners: a run of 128 has 0.8 corners a triangle, a table for each sibling group would
-// have 1.2. (An index to a list of quantized vertices: Deering, Geometry compression, 1995, as the hybrid
-// viewer's authors propose.)
+// A run is a row of bits (man/qs.5, "Triangles"), lowest first: what it holds, then its triangles, positions,
+// normals, and which triangles are smooth.  It is read from front to back: triangles are glued to earlier
+// ones, corners are put beside those that their neighbours have, and normals told from the faces about them,
+// so that little is left to say.  (Deering, Geometry compression, 1995, quantized vertices and a list of
+// them, as the hybrid viewer's authors propose; corners that complete a parallelogram: Touma, Gotsman,
+// Triangle mesh compression, 1998.)
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <glm/glm.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "splat/corner_normal.h"
+
 namespace splat {
 
-constexpr uint32_t kMostRunTriangles = 128;
-constexpr size_t kRunsAt = 8;  // of a block of triangles
+constexpr uint32_t kMostRunTriangles = 256;
+constexpr size_t kRunSizeBytes = 2;   // a run begins with its size, these included
+constexpr size_t kRunReadAhead = 24;  // bytes behind a run that are read, and may be anything
 
-// A corner's normal: octahedral, 4095 x 4095, column and row << 12; what has no direction is code 0.
-constexpr int kCornerNormalSteps = 4095;
-constexpr uint32_t kCornerNormalBits = 12;  // a column, or a row
-uint32_t encode_corner_normal(const glm::dvec3& unit);
-glm::vec3 decode_corner_normal(uint32_t code);
+// Bits of a run's head, in this order.
+constexpr uint32_t kRunSizeBits = 16, kRunTriangleBits = 8, kRunCornerBits = 10, kRunShadingBits = 2,
+                   kPositionWidthBits = 5, kNormalWidthBits = 4;
+enum class RunShading : uint32_t { flat, smooth, mixed };
 
-// A run in a block, which lives longer.
-class TriangleRun {
-  public:
-    TriangleRun() = default;
-    // Reads the run at `offset` of a block's used bytes.  Returns a fault, or nothing.
-    std::string open(std::span<const std::byte> used, size_t offset, uint32_t lattice_bits);
+// A corner's position, or its normal, is told from others and differs by so many bits a coordinate, by its
+// class: positions width, width + 2, width + 4, or whatever there may be; normals none, width, width + 2, or
+// likewise.
+constexpr uint32_t kClassBits = 2, kClassStep = 2;
+constexpr uint32_t kAnyNormalWidth = kCornerNormalBits + 1;
+// (A corner and what is expected of it, a + b - c, are up to 4 * 2^lattice_bits apart.)
+constexpr uint32_t any_position_width(uint32_t lattice_bits) {
+    return lattice_bits + 4;
+}
+constexpr uint32_t position_width(uint32_t width, uint32_t size_class, uint32_t lattice_bits) {
+    return size_class < 3 ? width + kClassStep * size_class : any_position_width(lattice_bits);
+}
+constexpr uint32_t normal_width(uint32_t width, uint32_t size_class) {
+    return size_class == 0 ? 0 : size_class < 3 ? width + kClassStep * (size_class - 1) : kAnyNormalWidth;
+}
 
-    uint32_t triangles() const { return triangles_; }
-    uint32_t corners() const { return corners_; }
-    bool has_normals() const { return has_normals_; }
-    size_t size_bytes() const { return (end_ + 7) / 8; }
-    bool has_zero_padding() const;
-
-    // On the lattice.  entry < corners().
-    glm::i64vec3 position(uint32_t entry) const;
-    uint32_t normal_code(uint32_t entry) const;  // 0 without has_normals()
-    // Of all triangles their corners' entries, all of them below corners().  Returns a fault, or nothing.
-    std::string read_entries(std::vector<glm::u32vec3>& entries) const;
-    bool is_smooth(uint32_t triangle) const { return has_normals_ && bits(end_ - triangles_ + triangle, 1); }
-
-  private:
-    uint32_t bits(size_t at, uint32_t count) const;  // count <= 32
-
-    std::span<const std::byte> bytes_;
-    uint32_t triangles_ = 0, corners_ = 0, width_[3] = {}, normal_width_[2] = {}, position_width_ = 0;
-    bool has_normals_ = false;
-    glm::i64vec3 base_{0};
-    uint32_t normal_base_[2] = {};
-    size_t positions_at_ = 0, normals_at_ = 0, entries_at_ = 0, end_ = 0;  // bits
+// Where a corner is expected: at table entries a + b - c.
+struct Parallelogram {
+    uint32_t a = 0, b = 0, c = 0;
 };
 
-// Puts triangles into a run as long as there is room.
-class RunPacker {
+// A run that was read.
+class TriangleRun {
   public:
-    explicit RunPacker(uint32_t lattice_bits) : lattice_bits_(lattice_bits) {}
+    // Of the run that begins at `bytes`: its size says how many there are.
+    static size_t size_of(std::span<const std::byte, kRunSizeBytes> bytes) {
+        return size_t(bytes[0]) | size_t(bytes[1]) << 8;
+    }
 
-    struct Corner {
-        uint32_t vertex;  // corners of one vertex share an entry
-        glm::ivec3 position;
-        uint32_t normal;
-    };
-    // False, and nothing is added, where the run would take more than `room` bytes.
-    bool add(const Corner (&corners)[3], bool is_smooth, size_t room);
-    bool is_empty() const { return triangles_.empty(); }
-    bool is_full() const { return triangles_.size() == kMostRunTriangles; }
+    // `bytes` is all of the run; kRunReadAhead more behind it are there to be read.  Returns a fault, or
+    // nothing.
+    std::string read(std::span<const std::byte> bytes, uint32_t lattice_bits);
 
-    // Appends the run's bytes and begins anew.
-    void finish(std::vector<std::byte>& out);
+    uint32_t triangles() const { return uint32_t(entries_.size()); }
+    uint32_t corners() const { return corners_; }
+    bool has_normals() const { return shading_ != RunShading::flat; }
+    size_t size_bytes() const { return size_; }
+
+    // Table entries of a triangle, all of them below corners().
+    const glm::u32vec3& entries(uint32_t triangle) const { return entries_[triangle]; }
+    // On the lattice, within it.  entry < corners().
+    glm::i64vec3 position(uint32_t entry) const {
+        return {positions_[0][entry], positions_[1][entry], positions_[2][entry]};
+    }
+    // Arrays of all corners, with room behind that may be read.
+    static constexpr size_t kRoom = 64;
+    const int32_t* positions(int axis) const { return positions_[axis].data(); }
+    // Only with has_normals().
+    uint32_t normal_code(uint32_t entry) const { return normals_[entry]; }
+    const uint32_t* normal_codes() const { return normals_.data(); }
+    bool is_smooth(uint32_t triangle) const {
+        return shading_ == RunShading::smooth || (shading_ == RunShading::mixed && smooth_[triangle]);
+    }
 
   private:
-    // What the size of a run depends on.
-    struct Extent {
-        size_t triangles = 0, corners = 0;
-        glm::ivec3 low{0}, high{0};
-        glm::uvec2 normal_low{~0u}, normal_high{0};  // of corners of smooth triangles
-        bool has_normals = false;
-    };
-    size_t size_bits(const Extent& e) const;
+    class Bits;
+    std::string read_triangles(Bits& bits);
+    std::string read_positions(Bits& bits, uint32_t lattice_bits);
+    std::string read_normals(Bits& bits);
 
-    const uint32_t lattice_bits_;
-    std::vector<Corner> table_;
-    std::vector<uint8_t> needs_normal_;  // by entry: a smooth triangle has it
-    std::vector<glm::u32vec3> triangles_;
+    size_t size_ = 0;
+    uint32_t corners_ = 0, position_width_ = 0, normal_width_ = 0;
+    RunShading shading_ = RunShading::flat;
+    std::vector<glm::u32vec3> entries_;
+    std::vector<Parallelogram> expected_;  // by corner
+    std::vector<int32_t> positions_[3];
+    std::vector<uint32_t> normals_;
     std::vector<uint8_t> smooth_;
-    Extent extent_;
 };
 
 }  // namespace splat

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "splat/triangle_run.h"
+#include "splat/corner_normal.h"
 
 namespace splat {
 

@@ -106,10 +106,10 @@ class BlockChecks {
     std::vector<Pointer> unsettled_;
 };
 
-// What runs of triangles say, and that they fill their blocks.
+// Runs of triangles, and that they follow each other.
 class RunChecks {
   public:
-    explicit RunChecks(const Model& model) : model_(model), block_(model.header().node_blocks()) {}
+    explicit RunChecks(const Model& model) : model_(model) {}
 
     void run() {
         BlockView nodes;
@@ -117,52 +117,33 @@ class RunChecks {
         for (uint64_t b = 0; b < model_.node_blocks_present(); ++b) {
             nodes.open(model_, b);
             triangles.open(model_, nodes);
-            if (triangles.leaf_count() == 0 && nodes.triangles_at() != 0)
-                model_.fault(b, "no leaves, but triangles");
-            if (triangles.leaf_count() > 0) check_begin(b, nodes.triangles_at());
-            for (const BlockTriangles::PlacedRun& placed : triangles.runs()) check_run(placed);
+            check_begin(b, nodes.triangles_at(), triangles.leaf_count() > 0 ? at_ : 0);
+            for (const BlockTriangles::PlacedRun& placed : triangles.runs())
+                at_ = placed.at + placed.run.size_bytes();
         }
-        if (model_.is_complete() && (block_ != model_.header().block_count || offset_ != kRunsAt))
-            model_.fault(std::min(block_, model_.header().block_count - 1), "runs of no leaves");
+        if (model_.is_complete()) check_end();
     }
 
   private:
-    // Known as long as all blocks of triangles before are there.
-    void check_begin(uint64_t node_block, uint64_t at) const {
-        if (block_ >= model_.blocks_present() || at == block_ * model_.header().block_size + offset_) return;
-        model_.fault(
-            node_block,
-            core::text("its triangles are at byte %llu of the blocks, the order puts them at byte %llu",
-                       number(at), number(block_ * model_.header().block_size + offset_)));
+    // Known as long as all runs before are there.
+    void check_begin(uint64_t node_block, uint64_t at, uint64_t expected) const {
+        const Header& h = model_.header();
+        if (at == expected || h.node_blocks() + at_ / h.triangle_payload() >= model_.blocks_present()) return;
+        model_.fault(node_block, core::text("its triangles are at byte %llu of all runs, the order puts them at byte %llu",
+                                            number(at), number(expected)));
     }
 
-    void check_run(const BlockTriangles::PlacedRun& placed) {
-        const TriangleRun& run = placed.run;
-        const auto fault = [&](const std::string& what) {
-            model_.fault(placed.block, core::text("run at byte %u: ", placed.offset) + what);
-        };
-        if (!run.has_zero_padding()) fault("unused bits are not 0");
-        const int64_t limit = int64_t(1) << model_.header().lattice_bits;
-        for (uint32_t e = 0; e < run.corners(); ++e) {
-            const glm::i64vec3 p = run.position(e);
-            if (glm::any(glm::greaterThan(glm::abs(p), glm::i64vec3(limit))))
-                fault(core::text("corner %u is outside the lattice", e));
-            const uint32_t n = run.normal_code(e);
-            if ((n & 4095u) >= uint32_t(kCornerNormalSteps) || n >> 12 >= uint32_t(kCornerNormalSteps))
-                fault(core::text("normal of corner %u has code %06x", e, n));
-        }
-        const std::span<const std::byte> used = model_.triangle_block(placed.block);
-        block_ = placed.block, offset_ = placed.offset + uint32_t(run.size_bytes());
-        if (offset_ != used.size()) return;
-        for (size_t i = used.size(); i < model_.header().block_size; ++i)
-            if (used.data()[i] != std::byte{0})
-                model_.fault(placed.block, core::text("unused byte %zu is not 0", i));
-        ++block_, offset_ = kRunsAt;
+    void check_end() const {
+        const Header& h = model_.header();
+        const uint64_t payload = h.triangle_payload(), last = h.block_count - 1;
+        if (at_ + payload <= h.triangle_blocks * payload) model_.fault(last, "runs of no leaves");
+        const auto bytes = model_.triangle_block(last);
+        for (size_t i = bytes.size() - (h.triangle_blocks * payload - at_); i < bytes.size(); ++i)
+            if (bytes[i] != std::byte{0}) model_.fault(last, core::text("unused byte %zu is not 0", i));
     }
 
     const Model& model_;
-    uint64_t block_;  // where the next run is
-    uint32_t offset_ = kRunsAt;
+    uint64_t at_ = 0;  // where the next run is
 };
 
 // Normals within `index`'s half-angle of `axis`; index -1: none.
@@ -224,7 +205,7 @@ class NodeChecks {
         if (at.run == BlockTriangles::Place::kNone) return;
         ++counts_.triangles;
         const TriangleRun& run = triangles_.runs()[at.run].run;
-        const glm::u32vec3 entries = triangles_.runs()[at.run].entries[at.triangle];
+        const glm::u32vec3 entries = run.entries(at.triangle);
         for (int k = 0; k < 3; ++k) {
             const glm::dvec3 corner =
                 glm::dvec3(run.position(entries[k])) * std::ldexp(1.0, -int(model_.header().lattice_bits));

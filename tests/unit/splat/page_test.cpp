@@ -177,58 +177,98 @@ struct Field {
     std::string what;
 };
 
-// The fields of the run at `at` of a block of triangles.
-std::vector<Field> fields_of(const splat::TriangleRun& run, const std::vector<glm::u32vec3>& entries,
-                             uint32_t lattice_bits, const uint32_t (&width)[3]) {
-    const auto number = [](int64_t n) { return core::text("%lld", static_cast<long long>(n)); };
-    std::vector<Field> fields{{0, core::text("%u triangles, %u corners, widths %u %u %u, no normals",
-                                             run.triangles(), run.corners(), width[0], width[1], width[2])}};
-    glm::i64vec3 base = run.position(0);
-    for (uint32_t e = 1; e < run.corners(); ++e) base = glm::min(base, run.position(e));
-    size_t at = 32;
-    for (int axis = 0; axis < 3; ++axis, at += lattice_bits + 1)
-        fields.push_back({at, core::text("base %c ", 'x' + axis) + number(base[axis])});
-    for (uint32_t e = 0; e < run.corners(); ++e, at += width[0] + width[1] + width[2]) {
-        const glm::i64vec3 p = run.position(e);
-        fields.push_back(
-            {at, core::text("corner %u ", e) + number(p.x) + " " + number(p.y) + " " + number(p.z)});
+// Takes a run apart, from its lowest bit on.
+class RunFields {
+  public:
+    RunFields(std::span<const std::byte> bytes, const splat::TriangleRun& run, uint32_t lattice_bits)
+        : bytes_(bytes), run_(run), lattice_bits_(lattice_bits) {}
+
+    std::vector<Field> all() {
+        head();
+        for (uint32_t t = 0; t < run_.triangles(); ++t) triangle(t);
+        for (uint32_t e = 0; e < run_.corners(); ++e) corner(e);
+        EXPECT_LT(8 * bytes_.size() - at_, 8u);
+        return fields_;
     }
-    uint32_t next = 0, entry_width = 0;
-    while ((run.corners() - 1) >> entry_width) ++entry_width;
-    for (uint32_t t = 0; t < run.triangles(); ++t) {
-        fields.push_back(
-            {at, core::text("triangle %u %u %u %u", t, entries[t].x, entries[t].y, entries[t].z)});
-        for (int k = 0; k < 3; ++k) {
-            const bool is_next = entries[t][k] == next;
-            next += is_next, at += is_next ? 1 : 1 + entry_width;
+
+  private:
+    uint32_t take(uint32_t count) {
+        uint32_t value = 0;
+        for (uint32_t i = 0; i < count; ++i, ++at_)
+            value |= uint32_t(bytes_[at_ / 8] >> int(at_ % 8) & std::byte{1}) << i;
+        return value;
+    }
+
+    void head() {
+        fields_.push_back({0, core::text("%u bytes", take(splat::kRunSizeBits))});
+        fields_.push_back({at_, core::text("%u triangles", take(splat::kRunTriangleBits) + 1)});
+        fields_.push_back({at_, core::text("%u corners", take(splat::kRunCornerBits) + 1)});
+        EXPECT_EQ(take(splat::kRunShadingBits), 0u);
+        position_width_ = take(splat::kPositionWidthBits);
+        fields_.push_back({at_ - splat::kPositionWidthBits - splat::kRunShadingBits,
+                           core::text("flat, width %u", position_width_)});
+        take(splat::kNormalWidthBits);
+    }
+
+    void triangle(uint32_t t) {
+        const size_t begin = at_;
+        const glm::u32vec3 e = run_.entries(t);
+        std::string glue;
+        const bool is_glued = take(1);
+        if (is_glued) {
+            uint32_t zeros = 0;
+            while (!take(1)) ++zeros;
+            const uint32_t back = take(zeros) | 1u << zeros;
+            const uint32_t edge = take(1) ? 1 + take(1) : 0;
+            glue = core::text(" on edge %u of %u", edge, t - back);
         }
+        for (int k = is_glued ? 2 : 0; k < 3; ++k) {
+            if (take(1)) {
+                EXPECT_EQ(e[k], next_++);
+                continue;
+            }
+            uint32_t width = 0;
+            while ((next_ - 1) >> width) ++width;
+            EXPECT_EQ(e[k], take(width));
+        }
+        fields_.push_back({begin, core::text("triangle %u: %u %u %u", t, e.x, e.y, e.z) + glue});
     }
-    return fields;
-}
+
+    void corner(uint32_t e) {
+        const glm::i64vec3 p = run_.position(e);
+        fields_.push_back({at_, core::text("corner %u: %d %d %d", e, int(p.x), int(p.y), int(p.z))});
+        const uint32_t width = splat::position_width(position_width_, take(splat::kClassBits), lattice_bits_);
+        at_ += 3 * width;
+    }
+
+    const std::span<const std::byte> bytes_;
+    const splat::TriangleRun& run_;
+    const uint32_t lattice_bits_;
+    size_t at_ = 0;
+    uint32_t next_ = 0, position_width_ = 0;
+    std::vector<Field> fields_;
+};
 
 std::string describe_triangles(const Bytes& b) {
     const splat::Model model = open_model(b);
     const splat::Header& h = model.header();
     const size_t block = splat::kHeaderSize + h.node_blocks() * h.block_size;
     std::string out = dump_line(b, block, 4, "checksum");
-    out += dump_line(b, block + 4, 4, core::text("%u bytes in use", take<uint32_t>(b, block + 4)));
     splat::BlockView nodes;
     nodes.open(model, 0);
     splat::BlockTriangles triangles;
     triangles.open(model, nodes);
     for (const auto& placed : triangles.runs()) {
         EXPECT_FALSE(placed.run.has_normals());
-        const auto head = take<uint32_t>(b, block + placed.offset);
-        const uint32_t width[3] = {head >> 16 & 31, head >> 21 & 31, head >> 26 & 31};
-        const std::vector<Field> fields = fields_of(placed.run, placed.entries, h.lattice_bits, width);
-        for (size_t at = 0; at < placed.run.size_bytes();) {
-            const size_t count = at == 0 ? 4 : std::min<size_t>(8, placed.run.size_bytes() - at);
+        const size_t begin = block + splat::kTriangleBlockHeader + placed.at, size = placed.run.size_bytes();
+        const std::vector<Field> fields = RunFields(std::span(b).subspan(begin, size), placed.run, h.lattice_bits).all();
+        for (size_t at = 0; at < size; at += 4) {
+            const size_t count = std::min<size_t>(4, size - at);
             std::string what;
             for (const Field& field : fields)
                 if (field.at / 8 >= at && field.at / 8 < at + count)
                     what += (what.empty() ? "" : ", ") + field.what;
-            out += dump_line(b, block + placed.offset + at, count, what);
-            at += count;
+            out += dump_line(b, begin + at, count, what.empty() ? "the same" : what);
         }
     }
     return out;
@@ -246,7 +286,7 @@ std::string describe_block(const Bytes& b) {
     out += dump_line(b, at + 8, 8, core::text("of block %d", int(take<uint64_t>(b, at + 8))));
     if (model.header().has_triangles())
         out += dump_line(b, at + 16, 8,
-                         core::text("triangles at byte %d of the blocks", int(take<uint64_t>(b, at + 16))));
+                         core::text("triangles at byte %d of all runs", int(take<uint64_t>(b, at + 16))));
     const size_t nodes = tree.nodes.size() - 1;
     for (size_t i = 0; i < nodes; ++i) {
         const splat::Node& n = tree.nodes[i + 1];

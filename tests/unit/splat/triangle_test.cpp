@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "splat/extract.h"
+#include "splat/run_packer.h"
 #include "splat/triangle_reader.h"
 #include "splat/verify.h"
 #include "test_meshes.h"
@@ -46,7 +47,7 @@ std::vector<Corners> triangles_of(const splat::Model& model) {
         triangles.open(model, nodes);
         for (const auto& placed : triangles.runs())
             for (uint32_t t = 0; t < placed.run.triangles(); ++t) {
-                const glm::u32vec3 e = placed.entries[t];
+                const glm::u32vec3 e = placed.run.entries(t);
                 all.push_back({as_array(placed.run.position(e.x)), as_array(placed.run.position(e.y)),
                                as_array(placed.run.position(e.z))});
             }
@@ -139,54 +140,116 @@ TEST(CornerNormal, IsCloseToWhatItCodes) {
     }
 }
 
+using PackedCorners = std::array<splat::RunPacker::Corner, 3>;
+
+// As they may have come back: begun with another corner.
+bool is_same(const splat::TriangleRun& run, uint32_t triangle, const PackedCorners& packed,
+             bool has_normals) {
+    const glm::u32vec3 entries = run.entries(triangle);
+    for (int first = 0; first < 3; ++first) {
+        bool is_same = true;
+        for (int k = 0; k < 3; ++k) {
+            const splat::RunPacker::Corner& c = packed[size_t(first + k) % 3];
+            is_same &= run.position(entries[k]) == glm::i64vec3(c.position) &&
+                       (!has_normals || run.normal_code(entries[k]) == c.normal);
+        }
+        if (is_same) return true;
+    }
+    return false;
+}
+
+// Bytes of a run, with what may be read behind it: anything.
+struct RunBytes {
+    explicit RunBytes(const std::vector<std::byte>& run, size_t count)
+        : bytes(run.begin(), run.begin() + ptrdiff_t(count)) {
+        bytes.resize(count + splat::kRunReadAhead, std::byte{0xa5});
+    }
+    std::span<const std::byte> run() const {
+        return std::span(bytes).first(bytes.size() - splat::kRunReadAhead);
+    }
+    std::vector<std::byte> bytes;
+};
+
 TEST(TriangleRun, GivesBackWhatWasPacked) {
     Random random(3);
     for (int round = 0; round < 300; ++round) {
         const uint32_t lattice_bits = 1 + uint32_t(random.bits() % splat::kMaxLatticeBits);
         const auto limit = int64_t(1) << lattice_bits;
-        const size_t room = round % 3 == 0 ? 200 : 4000;
+        const size_t count = 1 + random.bits() % splat::kMostRunTriangles;
+        // From soups of triangles to fans of few vertices.
+        const uint64_t vertices = 3 + random.bits() % (round % 3 ? 1000 : 20);
+        const bool may_be_smooth = round % 2, may_be_flat = round % 4 != 1;
         splat::RunPacker packer(lattice_bits);
-        std::vector<std::array<splat::RunPacker::Corner, 3>> packed;
+        std::vector<PackedCorners> packed;
         std::vector<bool> smooth;
-        const bool may_be_smooth = round % 2;
-        for (;;) {
-            splat::RunPacker::Corner corners[3];
+        while (packed.size() < count) {
+            PackedCorners corners;
             for (auto& c : corners) {
-                c.vertex = uint32_t(random.bits() % 50), c.normal = c.vertex * 1234567 & 0xffffff;
+                c.vertex = uint32_t(random.bits() % vertices), c.normal = c.vertex * 1234567 & 0x7ff7ff;
                 for (int axis = 0; axis < 3; ++axis)
                     c.position[axis] =
-                        int(int64_t((c.vertex + 1) * uint64_t(axis + 77777771)) % (2 * limit) - limit);
+                        int(int64_t((c.vertex + 1) * uint64_t(axis + 77777771)) % (2 * limit + 1) - limit);
             }
-            const bool is_smooth = may_be_smooth && random.bits() % 2;
-            if (!packer.add(corners, is_smooth, room)) break;
-            packed.push_back({corners[0], corners[1], corners[2]}), smooth.push_back(is_smooth);
+            if (corners[0].vertex == corners[1].vertex || corners[1].vertex == corners[2].vertex ||
+                corners[2].vertex == corners[0].vertex)
+                continue;
+            const bool is_smooth = may_be_smooth && (!may_be_flat || random.bits() % 2);
+            packer.add({corners[0], corners[1], corners[2]}, is_smooth);
+            packed.push_back(corners), smooth.push_back(is_smooth);
         }
-        ASSERT_TRUE(room < 4000 || packed.size() == splat::kMostRunTriangles);
-        ASSERT_FALSE(packed.empty());
-        std::vector<std::byte> bytes(5);
+        ASSERT_EQ(packer.is_full(), count == splat::kMostRunTriangles);
+        std::vector<std::byte> bytes;
         packer.finish(bytes);
-        ASSERT_LE(bytes.size() - 5, room);
+        ASSERT_TRUE(packer.is_empty());
+        const RunBytes whole(bytes, bytes.size());
         splat::TriangleRun run;
-        ASSERT_EQ(run.open(bytes, 5, lattice_bits), "");
-        ASSERT_EQ(run.size_bytes(), bytes.size() - 5);
-        ASSERT_TRUE(run.has_zero_padding());
+        ASSERT_EQ(run.read(whole.run(), lattice_bits), "");
+        ASSERT_EQ(run.size_bytes(), bytes.size());
         ASSERT_EQ(run.triangles(), packed.size());
-        std::vector<glm::u32vec3> entries;
-        ASSERT_EQ(run.read_entries(entries), "");
         for (uint32_t t = 0; t < run.triangles(); ++t) {
             ASSERT_EQ(run.is_smooth(t), smooth[t]);
-            for (int k = 0; k < 3; ++k) {
-                const uint32_t entry = entries[t][k];
-                ASSERT_LT(entry, run.corners());
-                ASSERT_EQ(run.position(entry), glm::i64vec3(packed[t][size_t(k)].position));
-                if (smooth[t]) {
-                    ASSERT_EQ(run.normal_code(entry), packed[t][size_t(k)].normal);
-                }
-            }
+            ASSERT_TRUE(is_same(run, t, packed[t], smooth[t])) << round << " " << t;
         }
-        for (size_t size = 5; size < bytes.size(); ++size)
-            ASSERT_NE(run.open(std::span(bytes).first(size), 5, lattice_bits), "") << "cut off";
+        for (size_t size = splat::kRunSizeBytes; size < bytes.size(); size += 1 + bytes.size() / 50) {
+            // Cut off, as its size says so, too.
+            RunBytes part(bytes, size);
+            part.bytes[0] = std::byte(size & 255), part.bytes[1] = std::byte(size >> 8);
+            ASSERT_NE(run.read(part.run(), lattice_bits), "") << size;
+        }
     }
+}
+
+// Every flipped bit is a fault, or a run within its bounds.
+TEST(TriangleRun, DamagedIsAFaultOrARunWithinBounds) {
+    Random random(4);
+    constexpr uint32_t kLatticeBits = 10;
+    splat::RunPacker packer(kLatticeBits);
+    for (uint32_t t = 0; t < 60; ++t) {
+        splat::RunPacker::Corner corners[3];
+        for (uint32_t k = 0; k < 3; ++k) {
+            const uint32_t v = (t + k + (t % 7 == 0 ? 2 * k : 0)) % 40;
+            corners[k] = {v, {int(v * 25 % 1000), int(v * v % 1000), int(v % 5)}, v * 4097 % 0x7ff7ff};
+        }
+        packer.add(corners, t % 3 > 0);
+    }
+    std::vector<std::byte> bytes;
+    packer.finish(bytes);
+    size_t faults = 0;
+    for (size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+        RunBytes damaged(bytes, bytes.size());
+        damaged.bytes[bit / 8] ^= std::byte(1u << bit % 8);
+        splat::TriangleRun run;
+        if (!run.read(damaged.run(), kLatticeBits).empty()) {
+            ++faults;
+            continue;
+        }
+        for (uint32_t t = 0; t < run.triangles(); ++t)
+            for (int k = 0; k < 3; ++k) ASSERT_LT(run.entries(t)[k], run.corners());
+        for (uint32_t e = 0; e < run.corners(); ++e)
+            for (int axis = 0; axis < 3; ++axis)
+                ASSERT_LE(std::abs(run.position(e)[axis]), 1 << kLatticeBits);
+    }
+    EXPECT_GT(faults, bytes.size());
 }
 
 TEST(TriangleLeaves, AreTheInputsTrianglesOnTheLattice) {
