@@ -21,11 +21,11 @@
 #include "core/file.h"
 #include "core/program.h"
 #include "fetch/client.h"
-#include "fetch/event_loop.h"
+#include "net/event_loop.h"
 
 namespace {
 
-using fetch::steady_seconds;
+using net::steady_seconds;
 
 constexpr int kJumps = 10;
 constexpr uint32_t kBlocksAClient = 16;
