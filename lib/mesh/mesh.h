@@ -15,8 +15,8 @@ namespace mesh {
 
 struct Mesh {
     // World position of vertex v = origin + positions[v].  The origin is 0 for single-precision
-    // input, whose coordinates are kept as they are; for double or integer input it is the middle of
-    // the bounding box (or the first point), so that map coordinates keep their detail.
+    // input, whose coordinates are kept as they are; for double or integer input it is in the
+    // middle of most points, so that map coordinates keep their detail.
     glm::dvec3 origin{0};
     std::vector<glm::vec3> positions;     // finite, all of them
     std::vector<glm::vec3> normals;       // empty, or one a vertex: unit length or zero (unknown)

@@ -326,7 +326,7 @@ class PlyReader {
         const size_t record_bytes = element.smallest_record_bytes();
         const std::byte* first = source_.bytes.data() + at_;
         Mesh& mesh = result_.mesh;
-        if (!layout_.is_single) mesh.origin = middle_of_plain_vertices(element);
+        if (!layout_.is_single) mesh.origin = origin_among_plain_vertices(element);
         mesh.positions.resize(element.count);
         if (layout_.has_normals) mesh.normals.resize(element.count);
         if (layout_.has_colours) mesh.colours.resize(element.count);
@@ -388,23 +388,15 @@ class PlyReader {
         }
     }
 
-    glm::dvec3 middle_of_plain_vertices(const PlyElement& element) const {
+    glm::dvec3 origin_among_plain_vertices(const PlyElement& element) const {
         const size_t record_bytes = element.smallest_record_bytes();
         const std::byte* first = source_.bytes.data() + at_;
-        std::vector<PointBox> boxes((element.count + kPiece - 1) / kPiece);
-        core::parallel_pieces(element.count, kPiece, [&](size_t begin, size_t end) {
-            Block block;
-            for (size_t v = begin; v < end; v += kBlock) {
-                const size_t count = std::min(kBlock, end - v);
-                gather_three(kX, first + v * record_bytes, record_bytes, count, block);
-                for (size_t i = 0; i < count; ++i)
-                    boxes[begin / kPiece].add(glm::dvec3(block[0][i], block[1][i], block[2][i]));
-            }
-            source_.forget(at_ + begin * record_bytes, at_ + end * record_bytes);
+        return origin_among(element.count, [&](uint64_t v) {
+            glm::dvec3 point;
+            for (int k = 0; k < 3; ++k)
+                gather(static_cast<Column>(kX + k), first + v * record_bytes, record_bytes, 1, &point[k]);
+            return point;
         });
-        PointBox all;
-        for (const PointBox& box : boxes) all.add(box);
-        return all.middle();
     }
 
     // Faces that are all triangles, with one list of 4-byte indices.  False, with nothing done,

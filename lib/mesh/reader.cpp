@@ -1,6 +1,7 @@
 #include "mesh/reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/error.h"
@@ -106,19 +107,22 @@ void drop_repeated(ReadResult& result) {
     if (dropped != 0) result.counts.triangles_dropped["repeated_index"] += dropped;
 }
 
-void PointBox::add(const glm::dvec3& point) {
-    if (!is_usable(point)) return;
-    low = glm::min(low, point);
-    high = glm::max(high, point);
-}
-
-void PointBox::add(const PointBox& other) {
-    low = glm::min(low, other.low);
-    high = glm::max(high, other.high);
-}
-
-glm::dvec3 PointBox::middle() const {
-    return low.x <= high.x ? 0.5 * low + 0.5 * high : glm::dvec3(0);
+glm::dvec3 origin_among(uint64_t count, const std::function<glm::dvec3(uint64_t)>& point_at) {
+    constexpr uint64_t kMostSamples = 4095;
+    const uint64_t samples = std::min(count, kMostSamples);
+    std::array<std::vector<double>, 3> axes;
+    for (uint64_t i = 0; i < samples; ++i) {
+        const glm::dvec3 point = point_at(i * count / samples);
+        if (!is_usable(point)) continue;
+        for (int k = 0; k < 3; ++k) axes[size_t(k)].push_back(point[k]);
+    }
+    if (axes[0].empty()) return glm::dvec3(0);
+    const auto median = [](std::vector<double>& values) {
+        const auto middle = values.begin() + ptrdiff_t(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        return *middle;
+    };
+    return {median(axes[0]), median(axes[1]), median(axes[2])};
 }
 
 glm::vec3 relative_to(const glm::dvec3& origin, const glm::dvec3& point) {
@@ -135,9 +139,7 @@ float to_single(double value) {
 }
 
 void place_points(std::span<const glm::dvec3> points, Mesh& mesh) {
-    PointBox box;
-    for (const glm::dvec3& p : points) box.add(p);
-    mesh.origin = box.middle();
+    mesh.origin = origin_among(points.size(), [&](uint64_t i) { return points[i]; });
     mesh.positions.reserve(points.size());
     for (const glm::dvec3& p : points) mesh.positions.push_back(relative_to(mesh.origin, p));
 }

@@ -2,6 +2,7 @@
 // faces become those of a Mesh, with every loss counted.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <span>
 #include <string>
@@ -61,15 +62,10 @@ void drop_repeated(ReadResult& result);
 // finite in single precision.
 constexpr double kLargestCoordinate = std::numeric_limits<float>::max() / 2;
 
-// Bounding box of the points whose coordinates are all usable; empty: the middle is 0.
-struct PointBox {
-    glm::dvec3 low{std::numeric_limits<double>::infinity()};
-    glm::dvec3 high{-std::numeric_limits<double>::infinity()};
-
-    void add(const glm::dvec3& point);
-    void add(const PointBox& other);
-    glm::dvec3 middle() const;
-};
+// The origin for `count` points, of which point_at(i) gives the coordinates: the median, by axis, of some
+// thousands of them, so that a few that lie far away (many files have such a vertex, in no face) do not cost
+// the others their digits.  0 where none of these is usable.
+glm::dvec3 origin_among(uint64_t count, const std::function<glm::dvec3(uint64_t)>& point_at);
 
 // `point` relative to `origin` in single precision; NaN where a coordinate is not finite,
 // infinity where one is larger than kLargestCoordinate.
@@ -78,7 +74,7 @@ glm::vec3 relative_to(const glm::dvec3& origin, const glm::dvec3& point);
 // `value` in single precision, beyond its range infinite.
 float to_single(double value);
 
-// Sets the mesh's origin to the middle of `points` and its positions relative to it.
+// Sets the mesh's origin among `points`, and its positions relative to it.
 void place_points(std::span<const glm::dvec3> points, Mesh& mesh);
 
 // Unit length, or zero where the direction is unknown.
