@@ -632,6 +632,9 @@ uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, Leaf leaf, bool 
     return (uint64_t(48) << 20) + vertices * per_vertex + triangles * 26;
 }
 
+constexpr double kLargestScale =
+    3e37;  // sums of some coordinates of this size are finite in single precision
+
 BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out,
                   const std::string& name) {
     BuildReport report;
@@ -647,8 +650,8 @@ BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFi
             mesh.positions.size(), mesh.triangles.size(),
             static_cast<unsigned long long>(options.memory_limit >> 20)));
     if (options.compress) {
-        // Symbols are counted before the first block can be written, so the plain model is kept: less than the faces
-        // that were just released.
+        // Symbols are counted before the first block can be written, so the plain model is kept: less than
+        // the faces that were just released.
         core::OutputFile plain(core::OutputFile::InMemory{out.name()});
         Builder(std::move(mesh), options, report).run(plain);
         core::Stopwatch watch;
@@ -662,6 +665,10 @@ BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFi
         report.file_bytes = kHeaderSize + report.header.block_count * report.header.block_size;
         report.channels = channels_of(report.header, report.file_bytes);
     }
+    if (report.header.scale > kLargestScale)
+        throw core::Error(
+            core::text("%s: its radius is %g; beyond %g sums of coordinates leave single precision: scale it",
+                       name.c_str(), report.header.scale, kLargestScale));
     return report;
 }
 

@@ -126,6 +126,12 @@ class Leaves {
     std::vector<Leaf> leaves_;
 };
 
+void check_count(size_t leaves, const std::string& name) {
+    if (leaves < 3)
+        throw core::Error(
+            core::text("%s: has %zu vertices; a QSplat file holds at least 3", name.c_str(), leaves));
+}
+
 class QsplatWriter {
   public:
     QsplatWriter(mesh::Mesh& mesh, const std::string& name, QsplatReport& report)
@@ -137,9 +143,7 @@ class QsplatWriter {
     }
 
     void write(core::OutputFile& out) {
-        if (leaves_.size() < 3)
-            throw core::Error(core::text("%s: has %zu vertices; a QSplat file holds at least 3",
-                                         name_.c_str(), leaves_.size()));
+        check_count(leaves_.size(), name_);
         make_tree();
         check_size();
         code_root();
@@ -388,6 +392,7 @@ class QsplatWriter {
 }  // namespace
 
 QsplatReport write_qsplat(mesh::Mesh&& mesh, const std::string& name, core::OutputFile& out) {
+    check_count(mesh.positions.size(), name);
     QsplatReport report;
     QsplatWriter(mesh, name, report).write(out);
     return report;

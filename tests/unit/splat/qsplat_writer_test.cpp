@@ -153,6 +153,7 @@ TEST(QsplatWriterLimits, RefusesWhatTheFormatCannotHold) {
     mesh::Mesh two;
     two.positions = {{0, 0, 0}, {1, 0, 0}};
     EXPECT_EQ(message_of(two), "test.ply: has 2 vertices; a QSplat file holds at least 3");
+    EXPECT_EQ(message_of({}), "test.ply: has 0 vertices; a QSplat file holds at least 3");
     const std::string far = message_of(splat_test::shifted(splat_test::icosphere(3), {1e7, 0, 0}));
     EXPECT_NE(far.find("move the model to the origin"), std::string::npos) << far;
     const std::string large = message_of(splat_test::scaled(splat_test::icosphere(1), 1e28));
