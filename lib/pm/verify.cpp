@@ -33,6 +33,7 @@ class Verifier {
         check_edges();
         check_welds();
         group_faces_by_leaf();
+        bound_leaves();
         check_bounds();
         VerifyCounts counts{model_.vertices(), faces_.size(), model_.details(), 0};
         for (const uint32_t d : tree_.needs) counts.dependencies += d != kNone;
@@ -184,31 +185,101 @@ class Verifier {
             4096);
     }
 
-    // Leaves below a detail's node, by a walk over its splits; each leaf tells its faces.
-    const char* fault_of_bounds(uint32_t detail, std::vector<uint32_t>& stack) const {
-        constexpr double kRounding = 1e-9;
-        const NodeBounds node = model_.bounds(detail);
-        const double radius = decode_radius(node.radius) * (1 + kRounding);
-        const bool has_cone = node.cone.angle < kAnyDirection;
-        const Cone cone = decode_cone(node.cone.axis, node.cone.angle);
-        const auto fault_of_leaf = [&](uint32_t leaf) -> const char* {
-            for (uint32_t i = fan_begin_[leaf]; i < fan_begin_[leaf + 1]; ++i) {
-                const uint32_t f = fan_[i];
+    // Of the faces about each leaf, so that most leaves need no look at them.
+    void bound_leaves() {
+        leaves_.resize(model_.vertices());
+        core::parallel_for(
+            leaves_.size(), [&](size_t v) { leaves_[v] = bounded_leaf(uint32_t(v)); }, 1024);
+    }
+
+    struct Leaf {
+        glm::dvec3 at{0};
+        double radius = 0;                       // about `at`
+        glm::dvec3 axis{0};                      // of a cone of their normals
+        double least_cosine = 2, most_sine = 0;  // of its half angle; 2: they have no normals
+    };
+
+    Leaf bounded_leaf(uint32_t v) const {
+        Leaf leaf;
+        leaf.at = model_.unit(v);
+        glm::dvec3 sum{0};
+        for_faces_about(v, [&](uint32_t f) {
+            for (int k = 0; k < 3; ++k)
+                leaf.radius = std::max(leaf.radius, glm::length(model_.unit(faces_[f][k]) - leaf.at));
+            sum += normals_[f];
+        });
+        if (sum == glm::dvec3(0)) return leaf;
+        leaf.axis = glm::normalize(sum);
+        for_faces_about(v, [&](uint32_t f) {
+            if (normals_[f] != glm::dvec3(0))
+                leaf.least_cosine = std::min(leaf.least_cosine, glm::dot(leaf.axis, normals_[f]));
+        });
+        leaf.most_sine = std::sqrt(std::max(0.0, 1 - leaf.least_cosine * leaf.least_cosine));
+        return leaf;
+    }
+
+    template <class Use>
+    void for_faces_about(uint32_t leaf, const Use& use) const {
+        for (uint32_t i = fan_begin_[leaf]; i < fan_begin_[leaf + 1]; ++i) use(fan_[i]);
+    }
+
+    // A detail's node as it is tested: wider by more than rounding.
+    struct Bound {
+        explicit Bound(const NodeBounds& node)
+            : centre(node.centre),
+              radius(decode_radius(node.radius) * (1 + kRounding)),
+              has_cone(node.cone.angle < kAnyDirection),
+              cone(decode_cone(node.cone.axis, node.cone.angle)) {}
+
+        bool holds_sphere(const Leaf& leaf) const {
+            return glm::length(leaf.at - centre) + leaf.radius <= radius;
+        }
+
+        // The leaf's cone is in this one where its axis is nearer than the half angles differ.
+        bool holds_cone(const Leaf& leaf) const {
+            if (!has_cone) return true;
+            return leaf.least_cosine >= cone.cosine && leaf.least_cosine <= 1 &&
+                   glm::dot(cone.axis, leaf.axis) >=
+                       cone.cosine * leaf.least_cosine + cone.sine * leaf.most_sine;
+        }
+
+        bool holds_point(const glm::dvec3& p) const { return glm::length(p - centre) <= radius; }
+        bool holds_normal(const glm::dvec3& n) const {
+            return !has_cone || n == glm::dvec3(0) || glm::dot(cone.axis, n) >= cone.cosine - kRounding;
+        }
+
+        static constexpr double kRounding = 1e-9;
+        glm::dvec3 centre;
+        double radius;
+        bool has_cone;
+        Cone cone;
+    };
+
+    const char* fault_of_leaf(const Bound& bound, uint32_t v) const {
+        const char* fault = nullptr;
+        const Leaf& leaf = leaves_[v];
+        if (!bound.holds_sphere(leaf))
+            for_faces_about(v, [&](uint32_t f) {
                 for (int k = 0; k < 3; ++k)
-                    if (glm::length(model_.unit(faces_[f][k]) - node.centre) > radius)
-                        return "has a sphere that does not hold its surface";
-                if (has_cone && normals_[f] != glm::dvec3(0) &&
-                    !(glm::dot(cone.axis, normals_[f]) >= cone.cosine - kRounding))
-                    return "has a cone that does not hold its normals";
-            }
-            return nullptr;
-        };
+                    if (!bound.holds_point(model_.unit(faces_[f][k])))
+                        fault = "has a sphere that does not hold its surface";
+            });
+        if (fault == nullptr && !bound.holds_cone(leaf))
+            for_faces_about(v, [&](uint32_t f) {
+                if (!bound.holds_normal(normals_[f])) fault = "has a cone that does not hold its normals";
+            });
+        return fault;
+    }
+
+    // Leaves below a detail's node, by a walk over its splits.
+    const char* fault_of_bounds(uint32_t detail, std::vector<uint32_t>& stack) const {
+        const Bound bound(model_.bounds(detail));
+        if (const char* fault = fault_of_leaf(bound, tree_.kept[detail])) return fault;
         stack.assign(1, detail);
-        if (const char* fault = fault_of_leaf(tree_.kept[detail])) return fault;
         while (!stack.empty()) {
             const uint32_t d = stack.back();
             stack.pop_back();
-            if (const char* fault = fault_of_leaf(tree_.born_by(d))) return fault;
+            if (const char* fault = fault_of_leaf(bound, tree_.born_by(d))) return fault;
             const Children below = model_.children()[d];
             if (below.kept != kNone) stack.push_back(below.kept);
             if (below.fresh != kNone) stack.push_back(below.fresh);
@@ -228,6 +299,7 @@ class Verifier {
     std::vector<glm::u32vec3> faces_;
     std::vector<uint32_t> fan_begin_, fan_;
     std::vector<glm::dvec3> normals_;  // of the faces; 0 without area
+    std::vector<Leaf> leaves_;         // by vertex
 };
 
 }  // namespace
