@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "pm/details.h"
+#include "pm/locality.h"
 #include "pm/manifold.h"
 #include "pm/model.h"
 #include "pm/simplify.h"
@@ -33,6 +34,8 @@ class Builder {
         mesh_.triangles = {};
         lap("clean");
         set_placement();
+        set_positions();
+        sort_by_place(surface_, positions_);
         set_positions();
         judge_surface();
         lap("round");

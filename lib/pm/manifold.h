@@ -14,7 +14,8 @@ namespace pm {
 // closed.
 struct Manifold {
     std::vector<glm::u32vec3> faces;
-    std::vector<uint32_t> source;  // by vertex: the input's.  Vertices that are cut off from others come last
+    std::vector<uint32_t> source;  // by vertex: the input's.  Vertices that are cut off from others come
+                                   // last, until they are sorted
     std::vector<Weld> welds;       // of these
 
     uint64_t unreferenced = 0;           // vertices of the input without a face, left out
