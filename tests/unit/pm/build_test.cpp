@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/error.h"
 #include "core/parallel.h"
+#include "pm/details.h"
 #include "pm/extract.h"
 #include "pm/verify.h"
+#include "pm/writer.h"
 #include "test_models.h"
 
 namespace {
@@ -110,8 +114,48 @@ TEST(Build, RefusesBarePoints) {
     EXPECT_THROW(pm::build(splat_test::cloud(50), {}, out, "points"), core::Error);
 }
 
-// What is worst for a tree: every split of one path.
-TEST(Build, TakesDeepHierarchies) {
+// A fan whose rim is collapsed from its end on: every detail is the child of the one before.  No pass of
+// independent edges makes one as deep.
+TEST(Details, OfAHierarchyAHundredSplitsDeepAreAModel) {
+    constexpr uint32_t kDepth = 100;
+    std::vector<glm::dvec3> positions{{0, 0, 0}};
+    for (uint32_t v = 0; v < kDepth + 2; ++v)
+        positions.emplace_back(std::cos(0.01 * v), std::sin(0.01 * v), 0);
+    pm::SimplifyResult simplified;
+    for (uint32_t f = 0; f < kDepth + 1; ++f) simplified.faces.emplace_back(0, f + 1, f + 2);
+    const std::vector<glm::u32vec3> faces = simplified.faces;
+    simplified.base_faces = {0};
+    simplified.base_vertices = {0, 1, 2};
+    for (uint32_t f = kDepth; f > 0; --f)
+        simplified.collapses.push_back(
+            {f + 2, f + 1, pm::kNone, 3 * f + 2, {2.0, 1.0 / f, pm::NormalCone{}}});
+    const pm::Details details = pm::make_details(positions, faces, std::move(simplified), true);
+    pm::Header h;
+    h.flags = pm::kOpenSurface, h.bits = 0;
+    h.base_vertices = 3, h.base_faces = 1, h.details = kDepth, h.depth = details.depth, h.faces = kDepth + 1;
+    pm::VertexData vertices;
+    for (const uint32_t v : details.vertex) vertices.single.emplace_back(positions[v]);
+    core::OutputFile out(core::OutputFile::InMemory{"model"});
+    pm::write_model(h, details, vertices, {}, out);
+    const pm::Model model(out.read_back());
+    EXPECT_EQ(model.header().depth, kDepth);
+    EXPECT_NO_THROW(pm::verify(model));
+    const mesh::Mesh full = pm::mesh_of_level(model, kDepth);
+    EXPECT_EQ(full.triangles.size(), faces.size());
+    pm::Front front(model.hierarchy());
+    for (uint32_t d = 0; d < kDepth; ++d) {
+        EXPECT_EQ(front.can_collapse(0), d == 1);
+        ASSERT_TRUE(front.can_split(d));
+        front.split(d);
+    }
+    for (uint32_t d = kDepth; d-- > 0;) {
+        ASSERT_TRUE(front.can_collapse(d));
+        front.collapse(d);
+    }
+    EXPECT_EQ(front.face_count(), 1u);
+}
+
+TEST(Build, TakesLongStrips) {
     const pm::Model model = build_model(strip(3000));
     EXPECT_NO_THROW(pm::verify(model));
     EXPECT_EQ(model.header().faces, 3000u);
