@@ -135,7 +135,7 @@ core::Json build(core::InputFile file, const std::string& input, const mesh::Rea
     if (built.duplicate_faces > 0) read.counts.triangles_dropped["duplicate"] += built.duplicate_faces;
     warn_of_drops(name, read.counts.vertices_dropped, "vertices");
     warn_of_drops(name, read.counts.triangles_dropped, "triangles");
-    warn_of(name, built.cut_edges, "edges cut: not of two faces that run against each other");
+    warn_of(name, built.cut_edges, "edges are not of two faces that run against each other, and were cut or paired");
     warn_of(name, built.flattened_faces, "faces lose their area by rounding (--bits, --lossless)");
     const pm::Header& h = built.header;
     core::notice(core::text("%s: %u splits from %u vertices, %u faces; %llu bytes (%.2f a vertex)",

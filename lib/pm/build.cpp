@@ -30,7 +30,7 @@ class Builder {
         check_size();
         set_header();
         if (options_.with_normals) set_normals();
-        surface_ = make_manifold(mesh_.triangles, uint32_t(mesh_.positions.size()));
+        surface_ = make_manifold(mesh_.triangles, mesh_.positions);
         mesh_.triangles = {};
         lap("clean");
         set_placement();

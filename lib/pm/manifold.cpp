@@ -1,7 +1,9 @@
 #include "pm/manifold.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+#include <tuple>
 
 #include "core/parallel.h"
 
@@ -27,10 +29,13 @@ struct EdgeEnd {
 
 class Cutter {
   public:
-    Cutter(std::span<const glm::u32vec3> triangles, uint32_t vertex_count, Manifold& result)
-        : result_(result), input_count_(vertex_count), vertex_count_(vertex_count) {
+    Cutter(std::span<const glm::u32vec3> triangles, std::span<const glm::vec3> positions, Manifold& result)
+        : result_(result),
+          positions_(positions),
+          input_count_(uint32_t(positions.size())),
+          vertex_count_(input_count_) {
         result_.faces.assign(triangles.begin(), triangles.end());
-        result_.source.resize(vertex_count);
+        result_.source.resize(vertex_count_);
         std::iota(result_.source.begin(), result_.source.end(), 0u);
     }
 
@@ -129,10 +134,59 @@ class Cutter {
                 if (j - i == 2 && vertex(a) != vertex(b))
                     opposite_[a] = b, opposite_[b] = a;
                 else if (j - i > 1)
-                    ++cut, note_repeated({ends.data() + i, j - i});
+                    ++cut, pair_by_angle({ends.data() + i, j - i}), note_repeated({ends.data() + i, j - i});
                 i = j;
             }
         if (result_.cut_edges == 0) result_.cut_edges = cut;
+    }
+
+    // An edge of one pair of vertices and the angle of its face about the line through them.
+    struct Wing {
+        double angle;
+        bool is_forward;  // from the lower vertex
+        uint32_t corner;
+        // Of two faces in one place the backward one comes first: they are a flap, back to back.
+        bool operator<(const Wing& o) const {
+            return std::tie(angle, is_forward, corner) < std::tie(o.angle, o.is_forward, o.corner);
+        }
+    };
+
+    void pair_by_angle(std::span<const EdgeEnd> edges) {
+        const auto place = [&](uint32_t v) { return glm::dvec3(positions_[result_.source[v]]); };
+        const uint32_t low = std::min(vertex(edges[0].corner), vertex(next_corner(edges[0].corner)));
+        const glm::dvec3 at = place(low), axis = place(edges[0].to) - at;
+        const glm::dvec3 size = glm::abs(axis);
+        const glm::dvec3 aside(size.x <= size.y && size.x <= size.z, size.x > size.y && size.y <= size.z,
+                               size.x > size.z && size.y > size.z);
+        const glm::dvec3 u = glm::cross(axis, aside), w = glm::cross(axis, u);
+        const double by_length = glm::length(axis);
+        std::vector<Wing> wings;
+        for (const EdgeEnd& e : edges) {
+            const glm::dvec3 third = place(vertex(previous_corner(e.corner))) - at;
+            wings.push_back({turn_of(glm::dot(third, u) * by_length, glm::dot(third, w)),
+                             vertex(e.corner) == low, e.corner});
+        }
+        std::sort(wings.begin(), wings.end());
+        // The inside of a solid is before a face that runs forward and behind one that runs backward.  Twice
+        // round: what begins before the first angle ends behind it.
+        std::vector<uint32_t> open;
+        for (size_t i = 0; i < 2 * wings.size(); ++i) {
+            const Wing& wing = wings[i % wings.size()];
+            if (opposite_[wing.corner] != kNone) continue;
+            if (!wing.is_forward) {
+                if (i < wings.size()) open.push_back(wing.corner);
+            } else if (!open.empty()) {
+                opposite_[wing.corner] = open.back(), opposite_[open.back()] = wing.corner;
+                open.pop_back();
+            }
+        }
+    }
+
+    // Rises with the angle of (x, y), from 0 to 4.
+    static double turn_of(double x, double y) {
+        const double sum = std::fabs(x) + std::fabs(y);
+        if (!(sum > 0)) return 0;
+        return y >= 0 ? 1 - x / sum : 3 + x / sum;
     }
 
     // Of the edges of a pair of vertices: all but the first of each direction.
@@ -204,6 +258,7 @@ class Cutter {
     }
 
     Manifold& result_;
+    std::span<const glm::vec3> positions_;  // of the input
     const uint32_t input_count_;
     uint32_t vertex_count_;
     std::vector<uint32_t> opposite_, repeated_;
@@ -211,9 +266,9 @@ class Cutter {
 
 }  // namespace
 
-Manifold make_manifold(std::span<const glm::u32vec3> triangles, uint32_t vertex_count) {
+Manifold make_manifold(std::span<const glm::u32vec3> triangles, std::span<const glm::vec3> positions) {
     Manifold result;
-    Cutter(triangles, vertex_count, result).run();
+    Cutter(triangles, positions, result).run();
     return result;
 }
 

@@ -34,7 +34,7 @@ void expect_one_fan_each(const pm::Manifold& m, const char* name) {
 
 TEST(Manifold, HasEveryDirectedEdgeOnceAndOneFanAVertex) {
     for (const NamedMesh& shape : all_shapes()) {
-        const pm::Manifold m = pm::make_manifold(shape.mesh.triangles, uint32_t(shape.mesh.positions.size()));
+        const pm::Manifold m = pm::make_manifold(shape.mesh.triangles, shape.mesh.positions);
         std::set<std::pair<uint32_t, uint32_t>> edges;
         for (const glm::u32vec3& f : m.faces)
             for (int k = 0; k < 3; ++k) EXPECT_TRUE(edges.emplace(f[k], f[(k + 1) % 3]).second) << shape.name;
@@ -45,7 +45,7 @@ TEST(Manifold, HasEveryDirectedEdgeOnceAndOneFanAVertex) {
 
 TEST(Manifold, HasTheInputsFacesOnce) {
     for (const NamedMesh& shape : all_shapes()) {
-        const pm::Manifold m = pm::make_manifold(shape.mesh.triangles, uint32_t(shape.mesh.positions.size()));
+        const pm::Manifold m = pm::make_manifold(shape.mesh.triangles, shape.mesh.positions);
         std::vector<glm::u32vec3> back;
         for (const glm::u32vec3& f : m.faces) back.emplace_back(m.source[f.x], m.source[f.y], m.source[f.z]);
         EXPECT_EQ(sorted(back), sorted(without_duplicates(shape.mesh).triangles)) << shape.name;
@@ -60,7 +60,7 @@ TEST(Manifold, HasTheInputsFacesOnce) {
 TEST(Manifold, OfAManifoldCutsNothing) {
     for (const mesh::Mesh& mesh :
          {splat_test::tetrahedron(), splat_test::icosphere(2), splat_test::terrain(9)}) {
-        const pm::Manifold m = pm::make_manifold(mesh.triangles, uint32_t(mesh.positions.size()));
+        const pm::Manifold m = pm::make_manifold(mesh.triangles, mesh.positions);
         EXPECT_EQ(m.cut_edges, 0u);
         EXPECT_TRUE(m.welds.empty());
         EXPECT_EQ(sorted(m.faces), sorted(mesh.triangles));
@@ -77,11 +77,35 @@ TEST(Manifold, OfRandomTrianglesOverFewVerticesIsOne) {
                                     random.bits() % vertices);
             if (face.x != face.y && face.y != face.z && face.z != face.x) faces.push_back(face);
         }
-        const pm::Manifold m = pm::make_manifold(faces, vertices);
+        std::vector<glm::vec3> positions;
+        for (uint32_t v = 0; v < vertices; ++v) positions.emplace_back(random.direction());
+        const pm::Manifold m = pm::make_manifold(faces, positions);
         std::set<std::pair<uint32_t, uint32_t>> edges;
         for (const glm::u32vec3& f : m.faces)
             for (int k = 0; k < 3; ++k) EXPECT_TRUE(edges.emplace(f[k], f[(k + 1) % 3]).second);
         expect_one_fan_each(m, "random");
+    }
+}
+
+// Two boxes' corners that touch along an edge fall apart as they are, and a flap that hangs on a surface
+// falls off.
+TEST(Manifold, PartsSolidsThatTouchAndFlaps) {
+    mesh::Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {0, 0, 1}, {2, 1, 0}, {2, -1, 0}, {-2, 1, 0}, {-2, -1, 0}};
+    mesh.triangles = {{1, 0, 3}, {0, 1, 2}, {3, 0, 2}, {2, 1, 3}, {1, 0, 4}, {0, 1, 5}, {4, 0, 5}, {5, 1, 4}};
+    const pm::Manifold two = pm::make_manifold(mesh.triangles, mesh.positions);
+    EXPECT_EQ(two.cut_edges, 1u);
+    EXPECT_EQ(two.welds.size(), 2u);
+    EXPECT_TRUE(two.boundary.empty());
+    for (const uint32_t place : {3u, 0u}) {  // behind the first tetrahedron, and in it
+        mesh::Mesh flap = mesh;
+        flap.triangles.resize(4);
+        flap.positions[4] = glm::vec3(place == 0 ? 3 : -3, 0, 0.5);
+        flap.triangles.insert(flap.triangles.end(), {{0, 1, 4}, {1, 0, 4}});
+        flap.positions.resize(5);
+        const pm::Manifold m = pm::make_manifold(flap.triangles, flap.positions);
+        EXPECT_EQ(m.boundary.size(), 0u) << place;
+        EXPECT_EQ(m.welds.size(), 2u) << place;
     }
 }
 
