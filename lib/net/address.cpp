@@ -86,8 +86,7 @@ core::Descriptor connect_to(const Address& address, double timeout_s) {
         }
         reason = errno;
     }
-    errno = reason;
-    core::fail_with_errno(name, "cannot connect");
+    throw CannotConnect(name + ": cannot connect: " + std::strerror(reason));
 }
 
 }  // namespace net

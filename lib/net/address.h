@@ -22,7 +22,13 @@ struct Address {
 Address parse_address(const std::string& text);
 std::string to_text(const Address& address);
 
-// Waits at most `timeout_s`.  The socket does not block.  Throws core::Error "<address>: cannot connect:
+// Nobody answers there; later somebody may.
+class CannotConnect : public core::Error {
+  public:
+    using core::Error::Error;
+};
+
+// Waits at most `timeout_s`.  The socket does not block.  Throws CannotConnect "<address>: cannot connect:
 // ...".
 core::Descriptor connect_to(const Address& address, double timeout_s);
 

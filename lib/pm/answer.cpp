@@ -16,8 +16,9 @@ uint16_t mixed(uint16_t check, const VertexData& vertex) {
 
 }  // namespace
 
-Answer::Answer(const ServedModel& served, SentRecord& record, ServedReplica& replica, const View& view)
-    : served_(served), record_(record), replica_(replica), sweep_(replica.replica(), view) {
+Answer::Answer(const ServedModel& served, SentRecord& record, ServedReplica& replica, const View& view,
+               Culling culling)
+    : served_(served), record_(record), replica_(replica), sweep_(replica.replica(), view, culling) {
     const Replica& have = replica.replica();
     wanted_.assign(have.split_count(), 0);
     for (uint32_t s = 0; s != have.split_count(); ++s) {

@@ -17,11 +17,12 @@ struct AnswerCounts {
 class Answer {
   public:
     // All of them outlive it.
-    Answer(const ServedModel& served, SentRecord& record, ServedReplica& replica, const View& view);
+    Answer(const ServedModel& served, SentRecord& record, ServedReplica& replica, const View& view,
+           Culling culling = Culling::on);
 
     struct Packet {
         uint32_t decisions = 0;
-        uint16_t check = 0;   // of the splits in it
+        uint16_t check = 0;  // of the splits in it
         bool is_last = false;
         std::vector<std::byte> bytes;
     };
@@ -31,7 +32,7 @@ class Answer {
     const AnswerCounts& counts() const { return counts_; }
 
   private:
-    Verdict verdict(uint32_t detail) const { return sweep_.test()(served_.model().bounds(detail)); }
+    Verdict verdict(uint32_t detail) const { return sweep_.verdict(served_.model().bounds(detail)); }
     bool is_wanted(uint32_t detail);
     bool is_parent_wanted(const Node& node) const;
     void decide(RangeEncoder& encoder, uint32_t node, uint16_t& check);

@@ -1,13 +1,10 @@
 #include "pm/range_coder.h"
 
-#include <utility>
-
 namespace pm {
 
 void RangeEncoder::shift() {
     if (uint32_t(low_) < 0xff000000u || (low_ >> 32) != 0) {
         const uint8_t carry = uint8_t(low_ >> 32);
-        // Before the first byte nothing is kept yet.
         for (uint8_t byte = cache_; pending_ > 0; --pending_, byte = 0xff)
             bytes_.push_back(std::byte(uint8_t(byte + carry)));
         cache_ = uint8_t(low_ >> 24);
@@ -28,8 +25,10 @@ std::vector<std::byte> RangeEncoder::finish() {
         }
     }
     for (int i = 0; i != 5; ++i) shift();
-    std::vector<std::byte> bytes = std::move(bytes_);
-    while (!bytes.empty() && bytes.back() == std::byte{0}) bytes.pop_back();
+    std::vector<std::byte> bytes(bytes_.begin() + 1, bytes_.end());
+    // The decoder reads four bytes ahead; so many may be left out, and no more, or a stream that is cut off
+    // would look like one that ends in zeros.
+    for (int left = 4; left > 0 && !bytes.empty() && bytes.back() == std::byte{0}; --left) bytes.pop_back();
     *this = RangeEncoder();
     return bytes;
 }

@@ -49,9 +49,9 @@ class RangeEncoder {
         normalise();
         return value;
     }
-    // The bytes, without the zeros at their end; the encoder is then as new.
+    // The bytes, without up to four zeros at their end; the encoder is then as new.
     std::vector<std::byte> finish();
-    size_t size() const { return bytes_.size() + pending_; }
+    size_t size() const { return bytes_.size() + pending_ - 1; }  // so far
 
   private:
     void normalise() {
@@ -62,8 +62,8 @@ class RangeEncoder {
     uint64_t low_ = 0;
     uint32_t range_ = 0xffffffff;
     uint8_t cache_ = 0;
-    size_t pending_ = 0;  // cache_ and bytes of 255 behind it, to which a carry may come
-    bool is_first_ = true;
+    // cache_ and bytes of 255 behind it, to which a carry may come; the first of all is a 0 before the point.
+    size_t pending_ = 1;
     std::vector<std::byte> bytes_;
 };
 

@@ -109,6 +109,7 @@ void Replica::apply(uint32_t n, const SplitData& data, const Ring& ring) {
     nodes_[n].split = split;
     nodes_[n].needs = needs;
     split_node_.push_back(n);
+    cuts_.emplace_back(data.left, data.right);
     kept_.push_back(vertex);
     parent_.push_back(nodes_[n].parent == kNone ? kNone : nodes_[nodes_[n].parent].split);
     needs_.push_back(needs == kNone ? kNone : nodes_[needs].split);
@@ -125,6 +126,18 @@ void Replica::learn_cuts(uint32_t node, int left, int right, const Ring& ring) {
     const int count = int(ring.neighbours.size());
     if (left >= count || right >= count) throw core::Error("split: its cut vertices are not in the ring");
     nodes_[node].needs = needs_of(left, right, ring);
+}
+
+SplitData Replica::split_data(uint32_t split) const {
+    const auto child = [&](uint32_t n) {
+        return ChildData{nodes_[n].is_leaf, nodes_[n].error, nodes_[n].radius};
+    };
+    const uint32_t kept = nodes_[split_node_[split]].kept_child;
+    SplitData data;
+    data.left = cuts_[split].x, data.right = cuts_[split].y;
+    data.vertex = vertices_[vertex_count() - split_count() + split];
+    data.kept = child(kept), data.fresh = child(kept + 1);
+    return data;
 }
 
 Hierarchy Replica::hierarchy() const {
@@ -144,7 +157,7 @@ Hierarchy Replica::hierarchy() const {
 size_t Replica::memory_bytes() const {
     const size_t of_vertex = sizeof(VertexData) + sizeof(glm::dvec3) + 2 * sizeof(uint32_t);
     return nodes_.size() * sizeof(Node) + vertices_.size() * of_vertex +
-           split_count() * 4 * sizeof(uint32_t) + mesh_.faces().size() * 2 * sizeof(glm::u32vec3);
+           split_count() * 6 * sizeof(uint32_t) + mesh_.faces().size() * 2 * sizeof(glm::u32vec3);
 }
 
 }  // namespace pm

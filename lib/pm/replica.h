@@ -90,6 +90,9 @@ class Replica {
     // the kept child's before the new one's.
     bool precedes(uint32_t a, uint32_t b) const;
 
+    // What apply() was told of a split: with it, and the same ones before it, it can be done again.
+    SplitData split_data(uint32_t split) const;
+
     // For pm::Front: the splits received as details.  Valid until the next split.
     Hierarchy hierarchy() const;
 
@@ -109,6 +112,7 @@ class Replica {
     std::vector<glm::dvec3> unit_;
     std::vector<uint32_t> vertex_node_;
     std::vector<uint32_t> split_node_, kept_, parent_, needs_;  // by split
+    std::vector<glm::ivec2> cuts_;                              // positions in the ring of that time
 };
 
 }  // namespace pm

@@ -9,10 +9,10 @@ namespace pm {
 
 // ---- the model ----
 
-ServedModel::ServedModel(const std::string& path) : model_(path) {
+ServedModel::ServedModel(Model model) : model_(std::move(model)) {
     const Header& header = model_.header();
     if (header.depth > 0xfffe)
-        throw core::Error(path + ": it is deeper than 65534 splits, and cannot be served");
+        throw core::Error(model_.name() + ": it is deeper than 65534 splits, and cannot be served");
     order_base();
     base_packet_ = encode_base(header, base_);
     base_replica();  // is its base mesh one?
@@ -99,10 +99,8 @@ ChildData ServedModel::child_data(uint32_t split_by) const {
 
 // ---- what was sent ----
 
-SentRecord::SentRecord(const ServedModel& served) : bits_((served.model().details() + 63) / 64) {}
-
 size_t SentRecord::memory_bytes() const {
-    return sizeof *this + bits_.size() * sizeof(uint64_t) + cones.capacity() * sizeof(uint32_t) +
+    return sizeof *this + bits_.capacity() * sizeof(uint64_t) + cones.capacity() * sizeof(uint32_t) +
            blocked.capacity() * sizeof(Blocked);
 }
 
@@ -123,7 +121,7 @@ ServedReplica::ServedReplica(const ServedModel& served, const SentRecord& record
     };
     name_nodes(0);
     // The cuts of an earlier detail are looked for among those that are applied already.
-    SentRecord applied(served);
+    SentRecord applied;
     Ring ring;
     for (uint32_t d = 0; d != model.details(); ++d) {
         if (!record.is_sent(d)) continue;
@@ -216,7 +214,7 @@ SentRecord decode_record(const ServedModel& served, std::span<const std::byte> b
     const Hierarchy tree = model.hierarchy();
     RecordModels models;
     RangeDecoder decoder(bytes);
-    SentRecord record(served);
+    SentRecord record;
     std::vector<uint32_t> stack;
     for (size_t v = served.base_order().size(); v-- > 0;)
         stack.push_back(model.root_split()[served.base_order()[v]]);

@@ -14,8 +14,8 @@ namespace pm {
 // Shared by all clients; does not change.
 class ServedModel {
   public:
-    // Throws core::Error as Model does, and where its base mesh is none.
-    explicit ServedModel(const std::string& path);
+    // Throws core::Error where its base mesh is none.
+    explicit ServedModel(Model model);
 
     const Model& model() const { return model_; }
     // encode_base() of the base mesh, with its vertices in the order of a walk over its faces.
@@ -36,13 +36,16 @@ class ServedModel {
     std::vector<std::byte> base_packet_;
 };
 
-// What a server remembers of a client: a bit a detail, and the few things beside splits that it has told.
+// What a server remembers of a client: a bit a detail, up to the last one that was sent, and the few things
+// beside splits that it has told.  Details stand in the order of falling error, so views that are coarse take
+// little.
 class SentRecord {
   public:
-    explicit SentRecord(const ServedModel& served);
-
-    bool is_sent(uint32_t detail) const { return bits_[detail / 64] >> (detail % 64) & 1; }
+    bool is_sent(uint32_t detail) const {
+        return detail / 64 < bits_.size() && (bits_[detail / 64] >> (detail % 64) & 1) != 0;
+    }
     void add(uint32_t detail) {
+        if (detail / 64 >= bits_.size()) bits_.resize(detail / 64 + 1);
         bits_[detail / 64] |= uint64_t{1} << (detail % 64);
         ++count_;
     }

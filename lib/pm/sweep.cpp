@@ -6,9 +6,10 @@
 
 namespace pm {
 
-Sweep::Sweep(const Replica& replica, const View& view)
+Sweep::Sweep(const Replica& replica, const View& view, Culling culling)
     : replica_(replica),
       test_(view, replica.header().placement),
+      culling_(culling),
       eye_(replica.header().placement.unit_from_world(view.eye)) {
     const uint32_t splits = replica.split_count();
     wanted_.assign(splits, 0);
@@ -23,7 +24,7 @@ Sweep::Sweep(const Replica& replica, const View& view)
         const double above = node.parent == kNone ? std::numeric_limits<double>::infinity()
                                                   : path_error_[replica_.node(node.parent).split];
         if (node.is_leaf || (node.needs != kNone && !is_split_wanted(node.needs)) ||
-            test_(replica_.bounds(node)) != Verdict::refine)
+            verdict(replica_.bounds(node)) != Verdict::refine)
             return;
         if (node.split == kNone) return push(n, above);
         wanted_[node.split] = 1;
@@ -93,7 +94,7 @@ void Sweep::was_split() {
     path_error_.push_back(entry.error);
     for (const uint32_t n : {node.kept_child, node.kept_child + 1}) {
         const Node& child = replica_.node(n);
-        if (!child.is_leaf && test_(replica_.bounds(child)) == Verdict::refine) push(n, entry.error);
+        if (!child.is_leaf && verdict(replica_.bounds(child)) == Verdict::refine) push(n, entry.error);
     }
 }
 
@@ -123,7 +124,7 @@ void Sweep::cone_learned(uint32_t node) {
 // nodes need at the next sweep.
 bool Sweep::is_still_wanted(uint32_t n) const {
     const Node& node = replica_.node(n);
-    if (test_(replica_.bounds(node)) != Verdict::refine) return false;
+    if (verdict(replica_.bounds(node)) != Verdict::refine) return false;
     if (node.needs != kNone) {
         const uint32_t needed = replica_.node(node.needs).split;
         if (needed == kNone || wanted_[needed] == 0) return false;

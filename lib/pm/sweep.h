@@ -14,11 +14,14 @@
 
 namespace pm {
 
+// What of a view decides: all of it, or the distance and the tolerance alone, as if all could be seen.
+enum class Culling : uint8_t { on, off };
+
 class Sweep {
   public:
     // Costs a test for each split whose parent is wanted, and one for each node that is not split.  `replica`
     // outlives it.
-    Sweep(const Replica& replica, const View& view);
+    Sweep(const Replica& replica, const View& view, Culling culling = Culling::on);
 
     // The node that is looked at now; kNone at the end.
     uint32_t current();
@@ -35,7 +38,11 @@ class Sweep {
     // A node was found to be stopped by its cone: its split, where it has one, is not wanted any more.
     void cone_learned(uint32_t node);
 
-    const RefinementTest& test() const { return test_; }
+    // Refine, or what else stops a node.
+    Verdict verdict(const NodeBounds& node) const {
+        const Verdict verdict = test_(node);
+        return culling_ == Culling::on || verdict == Verdict::accurate ? verdict : Verdict::refine;
+    }
 
   private:
     struct Entry {
@@ -50,6 +57,7 @@ class Sweep {
 
     const Replica& replica_;
     RefinementTest test_;
+    Culling culling_;
     glm::dvec3 eye_;  // unit space
     std::vector<uint8_t> wanted_;
     std::vector<double> path_error_;  // by split

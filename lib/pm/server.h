@@ -1,0 +1,51 @@
+// A server of progressive meshes: sessions as in the paper (Kim, Lee, Kobbelt, section 5.1), on net::Server.
+//
+// One thread.  A view takes the place of the one before it, after at most one packet; a client that does not
+// read has no packets made for it.  Replicas (served_model.h) are kept for the clients that were answered
+// last, up to a limit for all of them together, and made anew from the record of sent splits where they are
+// missing.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/program.h"
+#include "net/server.h"
+#include "pm/messages.h"
+#include "pm/served_model.h"
+
+namespace pm {
+
+struct ServerOptions {
+    net::ServerLimits limits;  // but most_frame_bytes, which follows from the models
+    uint32_t packet_decisions = 512;
+    size_t most_replica_bytes = size_t{256} << 20;
+};
+
+// A model and the name that clients know it by.
+struct CatalogueEntry {
+    std::string name;
+    std::string path;
+};
+
+// Not thread-safe; `loop` outlives it.
+class Server {
+  public:
+    // Throws core::Error where a model cannot be served, or two have one name.
+    Server(net::EventLoop& loop, const std::vector<CatalogueEntry>& catalogue, const ServerOptions& options);
+    ~Server();
+
+    void listen(net::Listener listener);
+    // On standard input and output.
+    void serve_one(core::Descriptor in, core::Descriptor out);
+
+    // Counters, as in pm-serve(1).
+    core::Json status() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace pm
