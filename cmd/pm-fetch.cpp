@@ -27,13 +27,6 @@ std::vector<geom::Camera> cameras_of(const Arguments& a) {
                             file.name());
 }
 
-pm::Connect connector(const pm::Location& location, double timeout_s) {
-    return [location, timeout_s] {
-        return net::FrameStream(net::connect_to(location.address, timeout_s), net::to_text(location.address),
-                                pm::kMostServerMessageBytes);
-    };
-}
-
 std::unique_ptr<pm::ClientState> earlier_state(const Arguments& a) {
     if (a.resume.empty()) return nullptr;
     const core::InputFile file(a.resume);
@@ -54,7 +47,8 @@ void fetch(const Arguments& a, const pm::Location& location) {
         throw core::UsageError(
             core::text("--frame: %d is beyond the path's %zu frames", wanted_frame, cameras.size()));
     core::Report report({a.path, a.resume}, {a.output, a.state});
-    pm::Follower follower(connector(location, a.follow.timeout_s), location.name, a.follow, earlier_state(a));
+    pm::Follower follower(pm::connector(location.address, a.follow.timeout_s), location.name, a.follow,
+                          earlier_state(a));
     core::Progress progress("frame", cameras.size());
     for (size_t i = 0; i != cameras.size(); ++i) {
         const pm::FrameCosts costs = follower.show(int(i), cameras[i]);
@@ -78,7 +72,7 @@ void run(Arguments& a) {
     const pm::Location location = pm::parse_location(a.location);
     a.follow.timeout_s = a.timeout_ms / 1000;
     if (a.lists) {
-        pm::Client client(connector(location, a.follow.timeout_s)(), a.follow.timeout_s);
+        pm::Client client(pm::connector(location.address, a.follow.timeout_s)(), a.follow.timeout_s);
         return core::print(client.catalogue() + "\n");
     }
     if (a.path.empty() == !a.fetches_all) throw core::UsageError("--path: give a camera path, or --all");

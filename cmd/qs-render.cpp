@@ -10,6 +10,7 @@
 #include "geom/path.h"
 #include "qs-render/arguments.h"
 #include "qs-render/film.h"
+#include "qs-render/mesh_film.h"
 #include "qs-render/sources.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
@@ -107,6 +108,7 @@ void run(const Arguments& a) {
     if (a.lists_backends) return core::print(scene::list_backends());
     const std::vector<Source> sources = qs_render::parse_sources(a.sources);
     qs_render::check(a, sources);
+    if (qs_render::are_progressive(sources)) return qs_render::draw_progressive(a, sources[0].file);
     const scene::DrawOptions draw = qs_render::draw_options(a);
     const Models models(sources);
     const Path path = cameras_of(a, models);

@@ -29,6 +29,13 @@ core::Json to_json(const FrameCosts& costs) {
             {"resumed", costs.resumed}};
 }
 
+Connect connector(const net::Address& address, double timeout_s) {
+    return [address, timeout_s] {
+        return net::FrameStream(net::connect_to(address, timeout_s), net::to_text(address),
+                                kMostServerMessageBytes);
+    };
+}
+
 Follower::Follower(Connect connect, std::string name, const FollowOptions& options,
                    std::unique_ptr<ClientState> state)
     : connect_(std::move(connect)), name_(std::move(name)), options_(options) {
@@ -100,6 +107,11 @@ void Follower::wait_for_end(double until_s, FrameCosts& costs) {
         if (costs.first_packet_ms == 0) costs.first_packet_ms = (last - asked_s_) * 1000;
     }
     if (costs.first_packet_ms != 0) costs.done_ms = (net::steady_seconds() - asked_s_) * 1000;
+}
+
+void Follower::look_through(int width, int height, double threshold_px) {
+    options_.width = width, options_.height = height;
+    options_.threshold_px = threshold_px;
 }
 
 FrameCosts Follower::show(int number, const geom::Camera& camera) {

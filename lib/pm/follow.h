@@ -8,6 +8,7 @@
 
 #include "core/program.h"
 #include "geom/camera.h"
+#include "net/address.h"
 #include "pm/client.h"
 
 namespace pm {
@@ -37,6 +38,7 @@ core::Json to_json(const FrameCosts& costs);
 
 // Makes a connection to the server.
 using Connect = std::function<net::FrameStream()>;
+Connect connector(const net::Address& address, double timeout_s);
 
 // A client that takes a lost connection up again, from what it has received.
 class Follower {
@@ -48,6 +50,8 @@ class Follower {
     // Shows the frame: asks for what it lacks, and in real time takes what comes until the next one is due,
     // else waits until it is complete.
     FrameCosts show(int number, const geom::Camera& camera);
+    // For the frames to come.
+    void look_through(int width, int height, double threshold_px);
     // The front of the last frame that was shown.
     const Front& front() { return client_->refine(); }
     const ClientState& state() const { return client_->state(); }

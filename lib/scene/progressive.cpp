@@ -1,0 +1,141 @@
+#include "scene/progressive.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/error.h"
+#include "net/address.h"
+#include "pm/client_mesh.h"
+#include "pm/extract.h"
+#include "pm/follow.h"
+#include "pm/selection.h"
+#include "render/raster.h"
+
+namespace scene {
+
+namespace {
+
+// Around the box; the model's own vertices touch it.
+geom::Sphere sphere_of(const pm::Header& header) {
+    const pm::Placement& p = header.placement;
+    return {p.world_from_unit(glm::dvec3(0.5)), p.extent * 0.5 * std::sqrt(3.0)};
+}
+
+class FileSource final : public ProgressiveSource {
+  public:
+    explicit FileSource(const std::string& path)
+        : model_(path), selection_(model_), front_(model_.hierarchy()) {}
+    geom::Sphere bounds() const override { return sphere_of(model_.header()); }
+    bool has_colour() const override { return model_.header().has_colours(); }
+    mesh::Mesh mesh_for(const geom::Camera& camera, int width, int height, double threshold_px,
+                        ProgressiveCosts& costs) override {
+        front_.assign(selection_.select(pm::make_view(geom::make_view(camera, width, height), threshold_px)));
+        const pm::SelectionCounts& counts = selection_.counts();
+        costs = {counts.tested, counts.outside, counts.faces_away, front_.split_count(), 0, 0};
+        return pm::mesh_of(model_, front_);
+    }
+
+  private:
+    pm::Model model_;
+    pm::Selection selection_;
+    pm::Front front_;
+};
+
+class ServerSource final : public ProgressiveSource {
+  public:
+    explicit ServerSource(const std::string& source) : location_(pm::parse_location(source)) {}
+    geom::Sphere bounds() const override { return sphere_of(follower().state().header()); }
+    bool has_colour() const override { return follower().state().header().has_colours(); }
+    mesh::Mesh mesh_for(const geom::Camera& camera, int width, int height, double threshold_px,
+                        ProgressiveCosts& costs) override {
+        follower().look_through(width, height, threshold_px);
+        const pm::FrameCosts spent = follower().show(frame_++, camera);
+        costs.splits = spent.splits;
+        costs.bytes_up = spent.bytes_up, costs.bytes_down = spent.bytes_down;
+        return pm::mesh_of(follower().state().replica(), follower().front());
+    }
+
+  private:
+    pm::Follower& follower() const {
+        if (!follower_) {
+            const pm::FollowOptions options;
+            follower_ = std::make_unique<pm::Follower>(pm::connector(location_.address, options.timeout_s),
+                                                       location_.name, options);
+        }
+        return *follower_;
+    }
+
+    pm::Location location_;
+    mutable std::unique_ptr<pm::Follower> follower_;
+    int frame_ = 0;
+};
+
+// From vertices to the triangles of batches, in the view's space.
+class BatchMaker {
+  public:
+    BatchMaker(const mesh::Mesh& mesh, const geom::View& view, render::SplatPainter& painter)
+        : mesh_(mesh), view_(view), painter_(painter), normals_(render::filled_normals(mesh)) {}
+
+    void add(const glm::u32vec3& face) {
+        glm::vec3 normals[3];
+        glm::uvec3 colour(0);
+        for (int k = 0; k != 3; ++k) {
+            const uint32_t v = face[k];
+            const glm::vec3 p(view_.view_from_world(mesh_.origin + glm::dvec3(mesh_.positions[v])));
+            const glm::dvec3 n(normals_[v]);
+            normals[k] =
+                glm::vec3(glm::dot(view_.right, n), glm::dot(view_.down, n), glm::dot(view_.forward, n));
+            batch_.x[k][batch_.count] = p.x, batch_.y[k][batch_.count] = p.y, batch_.z[k][batch_.count] = p.z;
+            batch_.nx[k][batch_.count] = normals[k].x, batch_.ny[k][batch_.count] = normals[k].y;
+            batch_.nz[k][batch_.count] = normals[k].z;
+            if (!mesh_.colours.empty()) colour += glm::uvec3(mesh_.colours[v]);
+        }
+        colour = (colour + 1u) / 3u;
+        batch_.colour[batch_.count] = colour.x | colour.y << 8 | colour.z << 16;
+        if (++batch_.count == geom::TriangleBatch::kCapacity) flush();
+    }
+    void flush() {
+        if (batch_.count > 0) painter_.add(0, batch_);
+        batch_.count = 0;
+    }
+
+  private:
+    const mesh::Mesh& mesh_;
+    const geom::View& view_;
+    render::SplatPainter& painter_;
+    std::vector<glm::vec3> normals_;
+    geom::TriangleBatch batch_;
+};
+
+}  // namespace
+
+bool is_progressive(const std::string& source) {
+    if (pm::is_location(source)) return true;
+    std::error_code unknown;
+    if (!std::filesystem::is_regular_file(source, unknown)) return false;
+    std::array<char, sizeof pm::kMagic> magic = {};
+    std::ifstream file(source, std::ios::binary);
+    file.read(magic.data(), magic.size());
+    return file && pm::is_model(std::as_bytes(std::span(magic)));
+}
+
+std::unique_ptr<ProgressiveSource> open_progressive(const std::string& source) {
+    if (pm::is_location(source)) return std::make_unique<ServerSource>(source);
+    return std::make_unique<FileSource>(source);
+}
+
+void draw_mesh(const mesh::Mesh& mesh, const geom::View& view, const render::Look& look,
+               render::SplatPainter& painter, render::Frame& frame) {
+    render::SplatterOptions options;
+    options.look = look;
+    options.has_colour = !mesh.colours.empty();
+    options.has_triangles = true;
+    painter.begin(view, options, 1);
+    auto maker = std::make_unique<BatchMaker>(mesh, view, painter);
+    for (const glm::u32vec3& face : mesh.triangles) maker->add(face);
+    maker->flush();
+    painter.end_task(0);
+    painter.finish(frame);
+}
+
+}  // namespace scene

@@ -1,0 +1,45 @@
+// Progressive meshes as they are drawn: what a view wants of a model in a file, or at a server, as triangles.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "geom/camera.h"
+#include "geom/sphere.h"
+#include "mesh/mesh.h"
+#include "render/backend.h"
+
+namespace scene {
+
+// What it cost to have the mesh for a view.
+struct ProgressiveCosts {
+    uint64_t nodes_tested = 0, outside = 0, faces_away = 0;  // of a file
+    uint32_t splits = 0;                                     // of the mesh
+    uint64_t bytes_up = 0, bytes_down = 0;                   // of a server, since the frame before
+};
+
+// One model.  Not thread-safe.
+class ProgressiveSource {
+  public:
+    virtual ~ProgressiveSource() = default;
+    virtual geom::Sphere bounds() const = 0;  // world units
+    virtual bool has_colour() const = 0;
+    // The mesh that the camera wants on a raster of width x height pixels, refined where the error is seen
+    // larger than threshold_px.  Of a server: waits until all of it has come.
+    virtual mesh::Mesh mesh_for(const geom::Camera& camera, int width, int height, double threshold_px,
+                                ProgressiveCosts& costs) = 0;
+};
+
+// A file with the bytes of a progressive mesh, or "pm://...": told by the name, or by the first bytes of the
+// file.
+// "-" is none.
+bool is_progressive(const std::string& source);
+// Throws core::Error, and core::UsageError for a location that is none.
+std::unique_ptr<ProgressiveSource> open_progressive(const std::string& source);
+
+// Draws a mesh by a back end, exactly, with normals of its own or of its faces; depths are in world units.
+void draw_mesh(const mesh::Mesh& mesh, const geom::View& view, const render::Look& look,
+               render::SplatPainter& painter, render::Frame& frame);
+
+}  // namespace scene
