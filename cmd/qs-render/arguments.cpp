@@ -96,11 +96,10 @@ void check_explanation(const Arguments& a) {
 
 void add_options(core::Program& program, Arguments& a) {
     CLI::App& app = program.options;
-    CLI::Option* const source =
-        app.add_option(
-               "SOURCE", a.sources,
-               "Splat models, whole or prefixes; - is standard input; FILE@X,Y,Z moves one, see the manual")
-            ->required();
+    CLI::Option* const source = app.add_option("SOURCE", a.sources,
+                                               "Splat models, whole or prefixes; - is standard input; "
+                                               "FILE@X,Y,Z moves one; or a .pm, or pm://HOST:PORT/NAME")
+                                    ->required();
     app.add_option("-o,--output", a.output, "Pictures: frame-%04d.png, one file, or - for a stream")
         ->check(kNotEmpty)
         ->type_name("NAME");

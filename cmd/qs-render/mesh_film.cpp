@@ -31,10 +31,8 @@ void check_options(const Arguments& a) {
 }
 
 std::vector<geom::Camera> cameras_of(const Arguments& a, const scene::ProgressiveSource& source) {
-    if (a.path.empty()) {
-        const geom::Sphere bounds = source.bounds();
-        return {a.camera.camera(bounds, std::vector{bounds}, a.resolution[0] / a.resolution[1])};
-    }
+    if (a.path.empty())
+        return {a.camera.camera(source.bounds(), source.outline(), a.resolution[0] / a.resolution[1])};
     const core::InputFile file(a.path);
     return geom::parse_path({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()},
                             file.name());

@@ -21,11 +21,28 @@ geom::Sphere sphere_of(const pm::Header& header) {
     return {p.world_from_unit(glm::dvec3(0.5)), p.extent * 0.5 * std::sqrt(3.0)};
 }
 
+// Of a base vertex: below it lies no more than this.  One that is never split stands for its own faces, which
+// others hold.
+geom::Sphere sphere_of(const pm::Header& header, const pm::NodeBounds& root, bool is_leaf) {
+    const pm::Placement& p = header.placement;
+    return {p.world_from_unit(root.centre), is_leaf ? 0 : pm::decode_radius(root.radius) * p.extent};
+}
+
 class FileSource final : public ProgressiveSource {
   public:
     explicit FileSource(const std::string& path)
         : model_(path), selection_(model_), front_(model_.hierarchy()) {}
     geom::Sphere bounds() const override { return sphere_of(model_.header()); }
+    std::vector<geom::Sphere> outline() const override {
+        std::vector<geom::Sphere> spheres;
+        for (uint32_t v = 0; v != model_.root_split().size(); ++v) {
+            const uint32_t split = model_.root_split()[v];
+            const bool is_leaf = split == pm::kNone;
+            spheres.push_back(sphere_of(
+                model_.header(), is_leaf ? pm::NodeBounds{model_.unit(v)} : model_.bounds(split), is_leaf));
+        }
+        return spheres;
+    }
     bool has_colour() const override { return model_.header().has_colours(); }
     mesh::Mesh mesh_for(const geom::Camera& camera, int width, int height, double threshold_px,
                         ProgressiveCosts& costs) override {
@@ -45,6 +62,14 @@ class ServerSource final : public ProgressiveSource {
   public:
     explicit ServerSource(const std::string& source) : location_(pm::parse_location(source)) {}
     geom::Sphere bounds() const override { return sphere_of(follower().state().header()); }
+    std::vector<geom::Sphere> outline() const override {
+        const pm::Replica& replica = follower().state().replica();
+        std::vector<geom::Sphere> spheres;
+        for (uint32_t v = 0; v != replica.vertex_count() - replica.split_count(); ++v)
+            spheres.push_back(
+                sphere_of(replica.header(), replica.bounds(replica.node(v)), replica.node(v).is_leaf));
+        return spheres;
+    }
     bool has_colour() const override { return follower().state().header().has_colours(); }
     mesh::Mesh mesh_for(const geom::Camera& camera, int width, int height, double threshold_px,
                         ProgressiveCosts& costs) override {

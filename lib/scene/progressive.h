@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "geom/camera.h"
 #include "geom/sphere.h"
@@ -24,6 +25,8 @@ class ProgressiveSource {
   public:
     virtual ~ProgressiveSource() = default;
     virtual geom::Sphere bounds() const = 0;  // world units
+    // Spheres that hold all of the surface: those of the base mesh's vertices.
+    virtual std::vector<geom::Sphere> outline() const = 0;
     virtual bool has_colour() const = 0;
     // The mesh that the camera wants on a raster of width x height pixels, refined where the error is seen
     // larger than threshold_px.  Of a server: waits until all of it has come.
