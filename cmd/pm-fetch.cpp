@@ -1,5 +1,6 @@
 // pm-fetch: follow a camera path through a progressive mesh at a server.  The work is pm::Follower.
 #include <array>
+#include <optional>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -51,7 +52,9 @@ void fetch(const Arguments& a, const pm::Location& location) {
                           earlier_state(a));
     core::Progress progress("frame", cameras.size());
     for (size_t i = 0; i != cameras.size(); ++i) {
-        const pm::FrameCosts costs = follower.show(int(i), cameras[i]);
+        std::optional<double> next_time_s;
+        if (i + 1 != cameras.size()) next_time_s = cameras[i + 1].time_s;
+        const pm::FrameCosts costs = follower.show(int(i), cameras[i], next_time_s);
         report.write(pm::to_json(costs));
         if (int(i) == wanted_frame && !a.output.empty()) write_mesh(a.output, follower);
         progress.update(i + 1);

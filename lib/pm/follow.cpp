@@ -1,6 +1,7 @@
 #include "pm/follow.h"
 
 #include <algorithm>
+#include <limits>
 #include <thread>
 
 #include "net/address.h"
@@ -114,27 +115,19 @@ void Follower::look_through(int width, int height, double threshold_px) {
     options_.threshold_px = threshold_px;
 }
 
-FrameCosts Follower::show(int number, const geom::Camera& camera) {
+FrameCosts Follower::show(int number, const geom::Camera& camera, std::optional<double> next_time_s) {
     FrameCosts costs;
     costs.frame = number;
     costs.time_s = camera.time_s;
     if (begun_s_ < 0) begun_s_ = net::steady_seconds(), path_begin_s_ = camera.time_s;
-    const double due = begun_s_ + (camera.time_s - path_begin_s_);
-    double until = 1e300;
+    double until = std::numeric_limits<double>::infinity();
     if (options_.in_real_time) {
-        // Until it is due, what was asked for before comes in.
-        FrameCosts before;
-        while (net::steady_seconds() < due) {
-            wait_for_end(due, before);
-            if (client_->is_complete())
-                std::this_thread::sleep_for(
-                    std::chrono::duration<double>(std::max(0.0, due - net::steady_seconds())));
-        }
-        until = net::steady_seconds();
+        const double early = begun_s_ + (camera.time_s - path_begin_s_) - net::steady_seconds();
+        if (early > 0) std::this_thread::sleep_for(std::chrono::duration<double>(early));
+        if (next_time_s) until = begun_s_ + (*next_time_s - path_begin_s_);
     }
     asked_s_ = net::steady_seconds();
     ask(make_view(geom::make_view(camera, options_.width, options_.height), options_.threshold_px));
-    if (options_.in_real_time) until = asked_s_;
     wait_for_end(until, costs);
     costs.is_complete = client_->is_complete();
     const double before_refining = net::steady_seconds();

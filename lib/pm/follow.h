@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "core/program.h"
@@ -47,9 +48,9 @@ class Follower {
     Follower(Connect connect, std::string name, const FollowOptions& options,
              std::unique_ptr<ClientState> state = nullptr);
 
-    // Shows the frame: asks for what it lacks, and in real time takes what comes until the next one is due,
-    // else waits until it is complete.
-    FrameCosts show(int number, const geom::Camera& camera);
+    // Shows the frame: asks for what it lacks, and takes what comes until it is complete, in real time until
+    // the next one is due at the latest, of which `next_time_s` is the time in the path.
+    FrameCosts show(int number, const geom::Camera& camera, std::optional<double> next_time_s = {});
     // For the frames to come.
     void look_through(int width, int height, double threshold_px);
     // The front of the last frame that was shown.
