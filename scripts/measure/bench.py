@@ -33,7 +33,7 @@ class Bench:
     def make_release(self):
         log("building build/release")
         subprocess.run(["scripts/install-packages"], cwd=ROOT, check=True)
-        names = ["qs-build", "qs-info", "qs-path", "qs-render", "coral", "subdivide", "paint", "bandwidth", "frame_bench",
+        names = ["qs-build", "qs-info", "qs-path", "qs-render", "coral", "subdivide", "paint", "bandwidth", "frame_bench", "qs-fetch", "fetch_bench", "qs-compare",
                  "budget_bench", "backend_bench", "stability_tests"]
         for command in (["cmake", "--preset", "release", "-DQS_BENCH=ON"],
                         ["cmake", "--build", "--preset", "release", "--target", *names]):

@@ -57,13 +57,21 @@ SECTIONS = [
     ("Cuts", "What is read of a model for a view.", [], ["cut"]),
     ("Building", "All stages, from the mesh in the page cache to the model on disk.", ["build"], ["build", "build-stages"]),
     ("The first bytes", "What a prefix of a model draws.", ["prefixes"], ["prefixes"]),
+    ("Streaming: error against bytes and seconds",
+     "The model arrives over a link, from nginx through qs-fetch, whose daemon makes it slow; PSNR is that of the whole frame "
+     "against the picture of the whole model. Beside the orders: the file from its beginning on, as fast as the link brings it, "
+     "and the whole of it by curl.", ["streaming-seconds", "streaming-bytes"], ["streaming-summary", "streaming-first"]),
+    ("Streaming: links, motion, clients",
+     "How soon the first block of a new view is there, what frames of a moving camera lack, and what the daemon costs.", [],
+     ["streaming-links", "streaming-motion", "streaming-presence", "streaming-throughput", "streaming-clients"]),
     ("Whole programs", "From start to end, with writing.", [], ["programs", "steadiness"]),
     ("Yardsticks", "What the figures stand beside.", [], ["yardsticks", "bandwidth"]),
     ("Stiff and extreme cases",
      "Coordinates, scales, cameras and files that break builders and renderers, each with the bound that its test holds it "
      "to.", [], ["stability"]),
 ]
-OPEN = {"goals", "size", "threads", "backends", "budgets", "bound-summary", "paths", "occlusion", "triangles", "yardsticks"}  # not folded
+OPEN = {"goals", "size", "threads", "backends", "budgets", "bound-summary", "paths", "occlusion", "triangles",
+        "streaming-summary", "streaming-links", "streaming-motion", "yardsticks"}  # not folded
 
 
 def write(bench):

@@ -1,5 +1,6 @@
 # Header fields go to the servers that they are for, and to no others.
 source "$QS_SOURCE/tests/tools/qs-fetch/servers.bash"
+needs curl
 make_file model.qs 100000
 start_hostile www/model.qs
 url=http://127.0.0.1:$port

@@ -1,5 +1,6 @@
 # The first levels of a model are what qs-info says that they take, and nothing more is fetched.
 source "$QS_SOURCE/tests/tools/qs-fetch/servers.bash"
+needs curl
 mkdir www
 "$QS_SOURCE/tests/tools/make-bumpy-ply" 160 > www/mesh.ply
 qs-build www/mesh.ply -o www/model.qs

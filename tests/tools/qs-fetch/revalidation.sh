@@ -1,5 +1,6 @@
 # What is in the cache is asked about, when it is opened, once the server has not confirmed it for --max-age.
 source "$QS_SOURCE/tests/tools/qs-fetch/servers.bash"
+needs curl
 make_file old.qs 100000 1
 make_file new.qs 100000 2
 make_file longer.qs 100001 3

@@ -1,5 +1,6 @@
 # A server that stops in the middle of an answer is asked again, after the time that was given.
 source "$QS_SOURCE/tests/tools/qs-fetch/servers.bash"
+needs curl
 make_file model.qs 100000
 start_hostile www/model.qs
 start_daemon --stall 1s

@@ -1,0 +1,24 @@
+# size 1200,900: what is seen while a model arrives, by seconds
+file = folder.'/streaming.csv'
+set datafile separator ','
+set grid
+set logscale x 10
+set format x '%g'
+set key bottom right font ",10"
+set xlabel 'seconds since the start'
+set ylabel 'PSNR, dB'
+set xrange [0.05:]
+set yrange [10:50]
+links = system("tail -n +2 '".file."' | cut -d, -f1 | sort -u -k1,1g -k3,3g | sed 's/.*/\"&\"/' | tr '\\n' ' '")
+orders = 'gain level radius screen y sweep'
+set multiplot layout (words(links) + 2) / 3, 3 title name.', fit, smooth: PSNR against the whole model, by seconds'
+do for [link in links] {
+    set title link
+    plot for [order in orders] file skip 1 using (strcol(1) eq link && strcol(2) eq order ? $3 : NaN):5 \
+        with linespoints pointtype 7 pointsize 0.4 title order, \
+        file skip 1 using (strcol(1) eq link && strcol(2) eq 'the file from its beginning' ? $3 : NaN):5 \
+        with lines dashtype 2 linecolor rgb 'gray40' title 'file from its beginning', \
+        file skip 1 using (strcol(1) eq link && strcol(2) eq 'the whole file by curl' ? $3 : NaN):(48) \
+        with points pointtype 9 linecolor rgb 'black' title 'whole file by curl'
+}
+unset multiplot
