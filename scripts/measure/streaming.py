@@ -22,8 +22,10 @@ DETAILS = ["--splat", "smooth", "--threshold", "1", "--quiet"]
 
 
 def measure(bench):
-    if not links.nginx_program() or not bench.find_program("qs-fetch") or not bench.find_program("fetch_bench"):
-        log("streaming is left out: it needs nginx, and a build with HTTP")
+    needed = ["qs-fetch", "fetch_bench"]
+    has_all = links.nginx_program() and all(map(bench.find_program, needed))
+    if not has_all or "--snapshot" not in read(bench.program("qs-render"), "--help"):
+        log("streaming is left out: it needs nginx, and programs built with HTTP")
         return
     folder = bench.out / "streaming"
     shutil.rmtree(folder, ignore_errors=True)

@@ -7,6 +7,8 @@
 #include <sys/syscall.h>
 #include <sys/wait.h>
 
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "fetch/daemon.h"
@@ -111,6 +113,32 @@ TEST_F(CachedFile, ABlockThatIsThereCostsNoSystemCall) {
     ::waitpid(child, &status, 0);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << "the system has no seccomp";
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+}
+
+size_t entries_of(const char* folder) {
+    const std::filesystem::directory_iterator begin(folder);
+    return size_t(std::distance(begin, std::filesystem::directory_iterator()));
+}
+
+size_t maps_of_files() {
+    std::ifstream maps("/proc/self/maps");
+    size_t count = 0;
+    for (std::string line; std::getline(maps, line);) count += line.find("/qs-fetch-") != std::string::npos;
+    return count;
+}
+
+// Of the daemon, which runs in this process too, and of the client.
+TEST_F(CachedFile, TenThousandOpensLeaveNoDescriptorAndNoMap) {
+    run_daemon();
+    fetch::Connection connection({.folder = folder_.path, .program = "", .daemon_arguments = {}});
+    const auto keeper = connection.open(url_);
+    connection.open(url_);
+    const size_t descriptors = entries_of("/proc/self/fd"), maps = maps_of_files();
+    for (int i = 0; i != 10'000; ++i) ASSERT_FALSE(connection.open(url_)->block(0).empty()) << i;
+    connection.status();  // the last close has been heard
+    EXPECT_EQ(entries_of("/proc/self/fd"), descriptors);
+    EXPECT_EQ(maps_of_files(), maps);
+    EXPECT_GT(maps, 0u);
 }
 
 TEST_F(CachedFile, TheEndOfTheDaemonIsSeenAndWhatIsThereStays) {
