@@ -1,9 +1,9 @@
 """Links to try out: a web server on loopback, qs-fetch's daemon with a slow link in it, and a relay that is as slow for
 other programs."""
-import asyncio
 import contextlib
 import json
 import os
+import queue
 import shutil
 import socket
 import subprocess
@@ -102,67 +102,54 @@ def status(bench, cache):
     return json.loads(read(bench.program("qs-fetch"), "status", "--json", "--cache", cache))
 
 
-class Relay(threading.Thread):
+class Relay:
     """Carries TCP connections to a port, their answers as slowly as a link: at its rate, a round trip late, and a new
     connection's another round trip."""
 
     def __init__(self, link, port):
-        super().__init__(daemon=True)
-        self.link, self.to, self.port = link, port, free_port()
-        self.free_at = 0.0
-        self.is_ready = threading.Event()
+        self.link, self.to = link, port
+        self.free_at, self.lock = 0.0, threading.Lock()
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        threading.Thread(target=self.accept, daemon=True).start()
 
-    def run(self):
-        with contextlib.suppress(asyncio.CancelledError):
-            asyncio.run(self.serve())
+    def accept(self):
+        with contextlib.suppress(OSError):  # it was closed
+            while True:
+                client, _ = self.listener.accept()
+                threading.Thread(target=self.carry, args=[client], daemon=True).start()
 
-    async def serve(self):
-        self.loop = asyncio.get_running_loop()
-        self.serving = asyncio.current_task()
-        async with await asyncio.start_server(self.carry, "127.0.0.1", self.port) as server:
-            self.is_ready.set()
-            await server.serve_forever()
-
-    def end(self):
-        self.loop.call_soon_threadsafe(self.serving.cancel)
-        self.join()
-
-    async def carry(self, reader, writer):
-        up_reader, up_writer = await asyncio.open_connection("127.0.0.1", self.to)
+    def carry(self, client):
         opened = time.monotonic() + self.link.round_trip_s
-        waiting = asyncio.Queue()
-        # Held, or they could be collected while they run.
-        up, down = (asyncio.create_task(task) for task in (self.pass_up(reader, up_writer), self.pass_down(waiting, writer)))
-        while chunk := await up_reader.read(16384):
-            waiting.put_nowait((max(time.monotonic(), opened) + self.link.round_trip_s, chunk))
-        waiting.put_nowait((0, b""))
-        await down
-        up.cancel()
+        with contextlib.suppress(OSError), client, socket.create_connection(("127.0.0.1", self.to)) as server:
+            threading.Thread(target=pass_on, args=[client, server], daemon=True).start()
+            waiting = queue.SimpleQueue()
+            threading.Thread(target=self.read, args=[server, opened, waiting], daemon=True).start()
+            while chunk := waiting.get():
+                ready, data = chunk
+                with self.lock:
+                    self.free_at = max(self.free_at, ready) + len(data) / self.link.bytes_per_s
+                    due = self.free_at
+                time.sleep(max(0, due - time.monotonic()))
+                client.sendall(data)
 
-    @staticmethod
-    async def pass_up(reader, writer):
-        while chunk := await reader.read(16384):
-            writer.write(chunk)
+    def read(self, server, opened, waiting):
+        with contextlib.suppress(OSError):
+            while data := server.recv(16384):
+                waiting.put((max(time.monotonic(), opened) + self.link.round_trip_s, data))
+        waiting.put(None)
 
-    async def pass_down(self, waiting, writer):
-        while True:
-            ready, chunk = await waiting.get()
-            if not chunk:
-                break
-            self.free_at = max(self.free_at, ready) + len(chunk) / self.link.bytes_per_s
-            await asyncio.sleep(self.free_at - time.monotonic())
-            writer.write(chunk)
-            with contextlib.suppress(ConnectionError):
-                await writer.drain()
-        writer.close()
+
+def pass_on(source, sink):
+    with contextlib.suppress(OSError):
+        while data := source.recv(16384):
+            sink.sendall(data)
 
 
 @contextlib.contextmanager
 def relay(link, port):
     carrier = Relay(link, port)
-    carrier.start()
-    carrier.is_ready.wait()
     try:
         yield carrier.port
     finally:
-        carrier.end()
+        carrier.listener.close()

@@ -10,35 +10,92 @@ namespace {
 using fetch::LinkEstimate;
 
 // A link that carries packets one after the other at a rate, and a client that keeps as much in flight as the
-// estimate says.  Returns when all has come.
-double carry(LinkEstimate& link, double bytes_per_s, double round_trip_s, uint64_t total, double now = 0) {
+// estimate says.
+class Carrier {
+  public:
+    Carrier(LinkEstimate& link, double bytes_per_s, double round_trip_s, double now = 0,
+            uint64_t header_bytes = 0)
+        : link_(link),
+          bytes_per_s_(bytes_per_s),
+          round_trip_s_(round_trip_s),
+          header_bytes_(header_bytes),
+          now_(now) {}
+
+    double now() const { return now_; }
+    // Returns when all has come.
+    double carry(uint64_t total) {
+        while (total > 0 || !packets_.empty()) {
+            fill(total);
+            land();
+        }
+        return now_;
+    }
+    // What is in flight stays so.
+    void carry_some(uint64_t total) {
+        while (total > 0) {
+            fill(total);
+            land();
+        }
+    }
+    // Seconds until a block has come that is wanted from now on, and more than all else.
+    double seconds_to_new_block() {
+        const double start = now_;
+        uint64_t others = 1 << 20;
+        while (is_full()) land();
+        const double arrival = send(1024);
+        while (now_ < arrival) {
+            fill(others);
+            land();
+        }
+        return arrival - start;
+    }
+
+  private:
     struct Packet {
         double arrival;
         uint64_t bytes;
         double sent;  // the request that it begins to answer; negative: none
     };
-    std::deque<Packet> packets;
-    double free_at = 0;
-    while (total > 0 || !packets.empty()) {
-        while (total > 0 && (packets.empty() || link.in_flight_bytes() < link.window_bytes())) {
-            const uint64_t bytes =
-                std::min(total, std::max<uint64_t>(1024, link.request_bytes(6) / 1024 * 1024));
-            link.request_sent(now, bytes);
-            free_at = std::max(free_at, now + round_trip_s);
-            for (uint64_t at = 0; at < bytes; at += 1024) {
-                const uint64_t size = std::min<uint64_t>(1024, bytes - at);
-                free_at += double(size) / bytes_per_s;
-                packets.push_back({free_at, size, at == 0 ? now : -1});
-            }
+    bool is_full() const { return !packets_.empty() && link_.in_flight_bytes() >= link_.window_bytes(); }
+    void fill(uint64_t& total) {
+        while (total > 0 && !is_full()) {
+            const uint64_t room =
+                link_.window_bytes() - std::min(link_.window_bytes(), link_.in_flight_bytes());
+            const uint64_t most =
+                std::max<uint64_t>(1024, std::min(room, link_.request_bytes(6)) / 1024 * 1024);
+            const uint64_t bytes = std::min(total, most);
+            send(bytes);
             total -= bytes;
         }
-        const Packet landed = packets.front();
-        packets.pop_front();
-        now = landed.arrival;
-        if (landed.sent >= 0) link.answer_began(now, now - landed.sent);
-        link.bytes_came(now, landed.bytes);
     }
-    return now;
+    // Returns when all of it will have come.
+    double send(uint64_t bytes) {
+        link_.request_sent(now_, bytes);
+        free_at_ = std::max(free_at_, now_ + round_trip_s_) + double(header_bytes_) / bytes_per_s_;
+        for (uint64_t at = 0; at < bytes; at += 1024) {
+            const uint64_t size = std::min<uint64_t>(1024, bytes - at);
+            free_at_ += double(size) / bytes_per_s_;
+            packets_.push_back({free_at_, size, at == 0 ? now_ : -1});
+        }
+        return free_at_;
+    }
+    void land() {
+        const Packet landed = packets_.front();
+        packets_.pop_front();
+        now_ = landed.arrival;
+        if (landed.sent >= 0) link_.answer_began(now_, now_ - landed.sent);
+        link_.bytes_came(now_, landed.bytes);
+    }
+
+    LinkEstimate& link_;
+    double bytes_per_s_, round_trip_s_;
+    uint64_t header_bytes_;
+    double now_, free_at_ = 0;
+    std::deque<Packet> packets_;
+};
+
+double carry(LinkEstimate& link, double bytes_per_s, double round_trip_s, uint64_t total, double now = 0) {
+    return Carrier(link, bytes_per_s, round_trip_s, now).carry(total);
 }
 
 struct Link {
@@ -82,6 +139,23 @@ TEST(LinkEstimate, DoesNotTakeItsOwnQueueForTheWay) {
         const double product = is.bytes_per_s * (is.round_trip_s + 3072 / is.bytes_per_s);
         EXPECT_LE(double(link.window_bytes()), 1.8 * std::max(product, 0.002 * is.bytes_per_s)) << name;
         EXPECT_LT(took, 1.05 * 100 + 12 * is.round_trip_s) << name << ": looking for it costs little";
+    }
+}
+
+// After a change of view: 1.5 round trips, and 100 ms for what is in flight and the block itself.
+TEST(LinkEstimate, ANewBlockIsNotLateHoweverLongTheLinkWasFull) {
+    constexpr uint64_t kHeader = 280;  // of an answer, as nginx sends it
+    for (const Link& is : kLinks) {
+        LinkEstimate link;
+        Carrier carrier(link, is.bytes_per_s, is.round_trip_s, 0, kHeader);
+        double worst = 0;
+        for (int i = 0; i != 40; ++i) {
+            carrier.carry_some(uint64_t(is.bytes_per_s * 1.5));
+            worst = std::max(worst, carrier.seconds_to_new_block());
+        }
+        EXPECT_LT(worst, 1.5 * is.round_trip_s + 0.1 + (is.bytes_per_s < 1e5 ? 0.03 : 0))
+            << is.bytes_per_s << " B/s, " << is.round_trip_s
+            << " s; on the slowest links a block and its header alone take 27 ms";
     }
 }
 
