@@ -21,11 +21,20 @@ SECONDS = {"384 kbit/s": 20, "8 Mbit/s": 4, "100 Mbit/s": 2}
 DETAILS = ["--splat", "smooth", "--threshold", "1", "--quiet"]
 
 
+def lacks(bench):
+    """What it cannot do without here; empty where all is there."""
+    if not links.nginx_program():
+        return "nginx"
+    if not all(map(bench.find_program, ["qs-fetch", "fetch_bench"])):
+        return "programs built with HTTP"
+    if "--snapshot" not in read(bench.program("qs-render"), "--help"):
+        return "a qs-render that draws from URLs"
+    return ""
+
+
 def measure(bench):
-    needed = ["qs-fetch", "fetch_bench"]
-    has_all = links.nginx_program() and all(map(bench.find_program, needed))
-    if not has_all or "--snapshot" not in read(bench.program("qs-render"), "--help"):
-        log("streaming is left out: it needs nginx, and programs built with HTTP")
+    if lacks(bench):
+        log(f"streaming is left out: it needs {lacks(bench)}")
         return
     folder = bench.out / "streaming"
     shutil.rmtree(folder, ignore_errors=True)
