@@ -3,7 +3,8 @@ file = folder.'/streaming.csv'
 set datafile separator ','
 set grid
 set logscale x 2
-set key bottom right
+set key top left
+set format x '%.0b %BB'
 set xlabel 'bytes fetched'
 set ylabel 'PSNR, dB'
 set yrange [10:50]
