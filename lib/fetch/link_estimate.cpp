@@ -7,7 +7,8 @@ namespace fetch {
 namespace {
 
 constexpr double kProducts = 1.5, kProductsAtStart = 2.5, kProductsOfProbe = 0.5;
-constexpr double kGain = 1.25;  // in one window; a link whose rate grows less, three times, is full
+constexpr double kBurst = 2 * 1024;  // bytes that tell how fast the first ones came
+constexpr double kGain = 1.25;       // in one window; a link whose rate grows less, three times, is full
 constexpr int kWindowsAtStart = 3;
 constexpr double kRateMemory = 1.0, kRoundTripMemory = 10.0;  // seconds
 constexpr double kShortestWindow = 0.002;                     // below that, a rate is noise
@@ -57,7 +58,21 @@ void LinkEstimate::answer_began(double now, double after_s) {
     note_drained(now);
 }
 
+bool LinkEstimate::is_start() const {
+    return windows_without_gain_ < kWindowsAtStart;
+}
+
+void LinkEstimate::note_start(double now, uint64_t bytes) {
+    start_window_ += double(bytes);
+    burst_bytes_ += double(bytes);
+    if (burst_began_ < 0)
+        burst_began_ = now;
+    else if (burst_rate_ == 0 && burst_bytes_ >= kBurst)
+        burst_rate_ = burst_bytes_ / std::max(1e-4, now - burst_began_);
+}
+
 void LinkEstimate::bytes_came(double now, uint64_t bytes) {
+    if (is_start()) note_start(now, bytes);
     land(now, bytes);
     window_bytes_came_ += bytes;
     if (busy_s(now) >= std::max(kShortestWindow, round_trip_s())) end_window(now);
@@ -73,7 +88,7 @@ void LinkEstimate::end_window(double now) {
     rates_.push_back({now, rate});
     while (rates_.front().at < now - kRateMemory) rates_.pop_front();
     rate_ = rates_.front().value;
-    if (windows_without_gain_ < kWindowsAtStart) {
+    if (is_start()) {
         windows_without_gain_ = rate > kGain * best_rate_ ? 0 : windows_without_gain_ + 1;
         best_rate_ = std::max(best_rate_, rate);
     }
@@ -87,15 +102,18 @@ double LinkEstimate::round_trip_s() const {
 }
 
 uint64_t LinkEstimate::window_bytes() const {
-    const bool is_start = windows_without_gain_ < kWindowsAtStart;
-    const double products = is_probing_ ? kProductsOfProbe : is_start ? kProductsAtStart : kProducts;
-    return std::max(kFloor, uint64_t(products * rate_ * std::max(round_trip_s(), kShortestProduct)));
+    const double round_trip = std::max(round_trip_s(), kShortestProduct);
+    const double products = is_probing_ ? kProductsOfProbe : is_start() ? kProductsAtStart : kProducts;
+    double window = products * rate_ * round_trip;
+    if (is_start())
+        window = std::max(window, std::min(start_window_, kProductsAtStart * burst_rate_ * round_trip));
+    return std::max(kFloor, uint64_t(window));
 }
 
 uint64_t LinkEstimate::request_bytes(unsigned streams) const {
-    const double few =
-        std::max({double(kJoined), kFewSecondsARequest * rate_, double(window_bytes()) / streams});
-    return std::min(kMostRequest, uint64_t(std::min(few, kMostSecondsARequest * rate_)));
+    const double share = double(window_bytes()) / streams;
+    const double few = std::max({double(kJoined), kFewSecondsARequest * rate_, share});
+    return std::min(kMostRequest, uint64_t(std::min(few, std::max(kMostSecondsARequest * rate_, share))));
 }
 
 float LinkEstimate::join_factor() const {

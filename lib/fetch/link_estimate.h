@@ -42,6 +42,8 @@ class LinkEstimate {
     double busy_s(double now) const;
     void end_window(double now);
     void note_drained(double now);
+    void note_start(double now, uint64_t bytes);
+    bool is_start() const;
 
     uint64_t in_flight_ = 0;
     double rate_ = 0;
@@ -53,6 +55,9 @@ class LinkEstimate {
     uint64_t window_bytes_came_ = 0;
     double best_rate_ = 0;          // since the start
     int windows_without_gain_ = 0;  // at the start
+    // At the start the window grows by what comes, as TCP's does, on links on which the first bytes, once
+    // they came, came fast: a rate over whole round trips says little while most of each is spent waiting.
+    double start_window_ = 0, burst_began_ = -1, burst_bytes_ = 0, burst_rate_ = 0;
 };
 
 }  // namespace fetch

@@ -142,6 +142,13 @@ TEST(LinkEstimate, DoesNotTakeItsOwnQueueForTheWay) {
     }
 }
 
+// As TCP does: twice as much in each round trip, from 13 KiB on.
+TEST(LinkEstimate, FillsALongFastLinkInFewRoundTrips) {
+    LinkEstimate link;
+    constexpr double kRate = 100e6 / 8, kRoundTrip = 0.15;
+    EXPECT_LT(carry(link, kRate, kRoundTrip, 2'400'000), 2.4e6 / kRate + 11 * kRoundTrip);
+}
+
 // After a change of view: 1.5 round trips, and 100 ms for what is in flight and the block itself.
 TEST(LinkEstimate, ANewBlockIsNotLateHoweverLongTheLinkWasFull) {
     constexpr uint64_t kHeader = 280;  // of an answer, as nginx sends it
