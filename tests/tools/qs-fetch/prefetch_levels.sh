@@ -6,19 +6,19 @@ mkdir www
 qs-build www/mesh.ply -o www/model.qs
 start_hostile www/model.qs
 start_daemon
-fetch prefetch "http://127.0.0.1:$port/right" --levels 6 --report prefetch.json
+fetch prefetch "http://127.0.0.1:$port/right" --levels 5 --report prefetch.json
 qs-info --json www/model.qs > info.json
 python3 -c 'import json
 levels = json.load(open("info.json"))["levels"]
 got = json.load(open("prefetch.json"))["bytes"]
-wanted = max(level["prefix_bytes"] for level in levels[:7])
+wanted = max(level["prefix_bytes"] for level in levels[:6])
 print("as many bytes as they take:", got == wanted)'
 sent=$(curl -s "http://127.0.0.1:$port/bytes/right")
 python3 -c 'import json, sys
 got = json.load(open("prefetch.json"))
 # What comes first may be more than is needed to the end of its last block.
 print("sent no more:", got["bytes"] <= int(sys.argv[1]) < got["bytes"] + 1024)
-print("less than half of the file:", 2 * got["bytes"] < got["file_bytes"])' "$sent"
+print("less than the file:", got["bytes"] < 0.9 * got["file_bytes"])' "$sent"
 start_hostile www/mesh.ply
 fetch prefetch "http://127.0.0.1:$port/right" --levels 4 2>&1 | without_port
 fetch prefetch "http://127.0.0.1:$port/right"
