@@ -30,6 +30,8 @@ struct PointTask {
     uint64_t* words;
     const uint16_t* normal;                 // null: not shaded
     const uint32_t *factor_of, *colour_of;  // by normal, or null
+    bool is_coloured;
+    uint32_t one_colour;
 };
 
 // Splats of a block of points that fall on the raster, as pixels.
@@ -132,7 +134,7 @@ template <int kWidth>
 HWY_INLINE void put_all(const PointTask& t, const SplatBlock& block, size_t count) {
     for (size_t i = 0; i < count; ++i) {
         const uint32_t number = block.number[i];
-        uint32_t colour = t.colour[number];
+        uint32_t colour = t.is_coloured ? t.one_colour : t.colour[number];
         if (t.factor_of)
             colour = shade(colour, t.factor_of[t.normal[number]]);
         else if (t.colour_of)
@@ -343,6 +345,8 @@ size_t PointRaster::draw(const PointView& view, const Patch& patch, const PatchP
     task.is_orthographic = view.projection_ == Projection::orthographic;
     task.width = float(width_), task.first_row = float(first), task.end_row = float(end);
     task.stride = stride_, task.words = words_.data();
+    task.is_coloured = style.is_coloured;
+    task.one_colour = style.colour.x | uint32_t(style.colour.y) << 8 | uint32_t(style.colour.z) << 16;
     if (points.has_normals()) {
         task.normal = points.normal.data();
         if (!shading.factor.empty()) task.factor_of = shading.factor.data();

@@ -66,9 +66,11 @@ struct PointShading {
 };
 
 struct PatchStyle {
-    float scale = 1;        // of what splat_px() is at each point; the paper's scale factor
-    float most_px = 1e30f;  // points with a splat larger than this (before the scale) are left out
-    bool is_sized = true;   // false: one pixel each
+    float scale = 1;           // of what splat_px() is at each point; the paper's scale factor
+    float most_px = 1e30f;     // points with a splat larger than this (before the scale) are left out
+    bool is_sized = true;      // false: one pixel each
+    bool is_coloured = false;  // all points have the colour
+    glm::u8vec3 colour{0};
 };
 
 class PointRaster {
