@@ -26,9 +26,9 @@ enum class Codec : uint8_t { planes = 0, lzw = 1 };
 // bytes for any number of threads.
 std::vector<std::byte> encode(const DepthImage& image, Codec codec);
 
-// Fills the image's arrays; its frustum (checked) and coding are set.  Pixels without a surface get 0 in all
-// arrays. Parallel.  Throws core::Error "depth image: ..." for anything that encode() does not write; memory
-// as the frustum's size says, whatever the bytes do.
-void decode(std::span<const std::byte> bytes, DepthImage& image);
+// Fills the image's arrays, normals where the message says so; its frustum (checked) is set.  Pixels without
+// a surface get 0 in all arrays. Parallel.  Throws core::Error "depth image: ..." for anything that encode()
+// does not write; memory as the frustum's size says, whatever the bytes do.
+void decode(std::span<const std::byte> bytes, Codec codec, bool has_normals, DepthImage& image);
 
 }  // namespace ppve
