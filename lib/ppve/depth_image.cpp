@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kDoubleMantissaBits = 52;
 constexpr int64_t kMostCode = 0xffffffff;
+constexpr int kMostStepBits = 1000;
+constexpr double kMostSteps = 0x1p53;  // orthographic: that are told apart from their neighbours
 constexpr double kMostFocal = 1e30, kMostShift = 1e15;
 
 // Nearest multiple of 2^-bits, in these units; a half goes up.
@@ -85,14 +87,25 @@ uint32_t DepthCoding::code(double depth) const {
 double DepthCoding::depth(uint32_t code) const {
     const int64_t key = base + int64_t(code);
     if (projection == Projection::orthographic) return std::ldexp(-double(key), -bits);
-    return 1 / std::bit_cast<double>(uint64_t(key) << (kDoubleMantissaBits - bits));
+    // Not all codes are used where bits are few: beyond the last one they are the nearest depth there is.
+    const int64_t last = leading_bits(kLeastDepth, bits);
+    return 1 / std::bit_cast<double>(uint64_t(std::min(key, last)) << (kDoubleMantissaBits - bits));
+}
+
+bool is_valid(const DepthCoding& coding) {
+    if (coding.projection == Projection::perspective)
+        return coding.bits >= 1 && coding.bits <= kDoubleMantissaBits &&
+               coding.base >= leading_bits(kMostDepth, coding.bits) - 2 &&
+               coding.base <= leading_bits(kLeastDepth, coding.bits);
+    return std::abs(coding.bits) <= kMostStepBits && std::abs(double(coding.base)) <= kMostSteps &&
+           std::ldexp(std::abs(double(coding.base)) + double(kMostCode), -coding.bits) <= 4 * kMostDepth;
 }
 
 DepthCoding choose_coding(const Frustum& frustum, double bound_px, double nearest, double farthest) {
     const bool perspective = frustum.projection == Projection::perspective;
     const int wanted =
         bound_px > 0
-            ? int(std::clamp(std::ceil(std::log2(frustum.view.focal_px / bound_px)) - 1, -1000.0, 1000.0))
+            ? int(std::clamp(std::ceil(std::log2(frustum.view.focal_px / bound_px)) - 1, -1.0 * kMostStepBits, 1.0 * kMostStepBits))
             : kFloatMantissaBits;
     DepthCoding coding{.projection = frustum.projection,
                        .bits = perspective ? std::clamp(wanted, 1, kDoubleMantissaBits) : wanted};
@@ -101,7 +114,11 @@ DepthCoding choose_coding(const Frustum& frustum, double bound_px, double neares
         return double(key_of(frustum.projection, nearest, coding.bits)) -
                double(key_of(frustum.projection, farthest, coding.bits));
     };
-    while (coding.bits > (perspective ? 1 : -1000) && !(span() < double(kMostCode) - 4)) --coding.bits;
+    const auto fits = [&] {
+        return span() < double(kMostCode) - 4 &&
+               (perspective || std::ldexp(std::max(std::abs(nearest), std::abs(farthest)), coding.bits) < kMostSteps / 2);
+    };
+    while (coding.bits > (perspective ? 1 : -kMostStepBits) && !fits()) --coding.bits;
     coding.base = key_of(frustum.projection, farthest, coding.bits) - 2;
     return coding;
 }

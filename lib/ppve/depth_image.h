@@ -52,6 +52,9 @@ struct DepthCoding {
     double depth(uint32_t code) const;
 };
 
+// Whether all codes are depths: for codings from outside.
+bool is_valid(const DepthCoding& coding);
+
 // The coarsest coding that moves no sample by more than `bound_px` pixels of the frustum's view, for depths
 // from `nearest` to `farthest` (0 < nearest <= farthest, orthographic: any); or, where 2^32 codes are too few
 // for that, the finest that has a code for all of them.

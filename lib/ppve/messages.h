@@ -27,7 +27,7 @@ namespace ppve {
 
 constexpr uint16_t kProtocolVersion = 1;
 constexpr uint64_t kMostMessageBytes = uint64_t(1) << 30;
-constexpr uint32_t kMostDeletions = 1u << 20;  // leaves in one message
+constexpr uint32_t kMostDeletions = 1u << 16;  // leaves in one message
 constexpr size_t kMostText = 1024;             // bytes of a name or a reason
 
 // How what the client has already is left out.

@@ -39,4 +39,4 @@ _qs_tools() {
     fi
 }
 
-complete -F _qs_tools qs-build qs-info qs-path qs-render qs-compare qs-fetch pm-build pm-serve pm-fetch
+complete -F _qs_tools qs-build qs-info qs-path qs-render qs-compare qs-fetch pm-build ppve-sample pm-serve pm-fetch

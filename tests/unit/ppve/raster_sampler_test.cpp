@@ -37,7 +37,8 @@ void expect_as_the_mesh_raster(const mesh::Mesh& mesh, const ppve::Frustum& frus
         // Single precision of the frame's depths comes on top.
         ASSERT_LE(std::abs(depth - double(frame.depth[p])),
                   ppve::footprint(frustum, 1, depth) * bound * 1.001 + depth * 0x1p-23)
-            << depth << " for " << frame.depth[p] << " at " << p % size_t(image.width()) << ", " << p / size_t(image.width());
+            << depth << " for " << frame.depth[p] << " at " << p % size_t(image.width()) << ", "
+            << p / size_t(image.width());
     }
     EXPECT_GT(covered, 0u);
 }
