@@ -1,5 +1,7 @@
 #include "ppve/codec.h"
 
+// For the setting of literals below, which every libzstd of version 1.4 and later has.
+#define ZSTD_STATIC_LINKING_ONLY
 #include <zstd.h>
 
 #include <algorithm>
@@ -18,8 +20,11 @@ namespace {
 
 // The layout: see ppve-protocol(5).
 constexpr int kStripeRows =
-    64;                    // 13 stripes of 800 rows: work for many cores, and +0.5% of bytes against one
-constexpr int kLevel = 1;  // of zstd; 3 is no smaller on residuals, 9 is 5% smaller and four times as slow
+    64;  // 13 stripes of 800 rows: work for many cores, and +0.5% of bytes against one
+// zstd's level 1, which looks for matches less and less often where it finds none, and always codes by
+// frequency: on residuals 1 to 2% smaller than plain level 1 and 30% faster.  Levels 3 and 9 are no smaller,
+// and 5% smaller and four times as slow.
+constexpr int kLevel = 1, kAcceleration = 32;
 constexpr size_t kPixelBytes = 7;
 
 using Bytes = std::vector<std::byte>;
@@ -33,8 +38,20 @@ struct FreeContext {
     void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
+std::unique_ptr<ZSTD_CCtx, FreeContext> make_compressor() {
+    std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
+    const auto set = [&](ZSTD_cParameter parameter, int value) {
+        const size_t done = ZSTD_CCtx_setParameter(context.get(), parameter, value);
+        if (ZSTD_isError(done)) fail(ZSTD_getErrorName(done));
+    };
+    set(ZSTD_c_compressionLevel, kLevel);
+    set(ZSTD_c_targetLength, kAcceleration);
+    set(ZSTD_c_literalCompressionMode, ZSTD_lcm_huffman);
+    return context;
+}
+
 ZSTD_CCtx* compressor() {
-    thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
+    thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context = make_compressor();
     return context.get();
 }
 
@@ -51,9 +68,8 @@ void put_plane(std::span<const std::byte> plane, Bytes& out) {
         return;
     }
     out.resize(at + sizeof(uint32_t) + ZSTD_compressBound(plane.size()));
-    const size_t size =
-        ZSTD_compressCCtx(compressor(), out.data() + at + sizeof(uint32_t),
-                          out.size() - at - sizeof(uint32_t), plane.data(), plane.size(), kLevel);
+    const size_t size = ZSTD_compress2(compressor(), out.data() + at + sizeof(uint32_t),
+                                       out.size() - at - sizeof(uint32_t), plane.data(), plane.size());
     if (ZSTD_isError(size)) fail(ZSTD_getErrorName(size));
     const auto stored = uint32_t(size);
     std::memcpy(out.data() + at, &stored, sizeof(stored));
@@ -65,20 +81,20 @@ class PlaneReader {
   public:
     explicit PlaneReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-    void take(std::span<std::byte> plane) {
+    // False: all of it is 0, and it is not written.
+    bool take(std::span<std::byte> plane) {
         uint32_t size;
         if (bytes_.size() < sizeof(size)) fail("a stripe is cut off");
         std::memcpy(&size, bytes_.data(), sizeof(size));
         bytes_ = bytes_.subspan(sizeof(size));
         if (size > bytes_.size()) fail("a plane reaches beyond its stripe");
-        if (size == 0) {
-            std::fill(plane.begin(), plane.end(), std::byte{});
-        } else {
+        if (size > 0) {
             const size_t got =
                 ZSTD_decompressDCtx(decompressor(), plane.data(), plane.size(), bytes_.data(), size);
             if (ZSTD_isError(got) || got != plane.size()) fail("a plane is not what zstd makes of it");
         }
         bytes_ = bytes_.subspan(size);
+        return size > 0;
     }
     void finish() const {
         if (!bytes_.empty()) fail("a stripe is too long");
@@ -102,7 +118,7 @@ void take_planes(PlaneReader& in, int first, int last, Bytes& plane, std::span<u
     plane.resize(numbers.size());
     std::fill(numbers.begin(), numbers.end(), 0u);
     for (int byte = first; byte <= last; ++byte) {
-        in.take(plane);
+        if (!in.take(plane)) continue;
         const int shift = 8 * byte;
         for (size_t n = 0; n < numbers.size(); ++n) numbers[n] |= uint32_t(plane[n]) << shift;
     }

@@ -3,6 +3,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <bit>
 #include <type_traits>
 
 #include "core/bytes.h"
@@ -150,6 +151,8 @@ Frustum take_frustum(Reader& in) {
     const auto near = in.take<double>(), far = in.take<double>();
     if (limits & kHasNear) v.near = near;
     if (limits & kHasFar) v.far = far;
+    if (std::bit_cast<uint64_t>(v.near ? 0.0 : near) != 0 || std::bit_cast<uint64_t>(v.far ? 0.0 : far) != 0)
+        in.fail("a depth that does not count is not 0");
     check(f, in.from());
     return f;
 }

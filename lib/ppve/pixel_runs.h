@@ -19,8 +19,12 @@ class PixelMask {
     std::vector<uint64_t>& bits() { return bits_; }
 
     void set_row(int j, const uint32_t* depth) {
-        uint64_t* out = row(j);
-        for (int i = 0; i < width_; ++i) out[i / 64] |= uint64_t(depth[i] != 0) << (i % 64);
+        for (size_t w = 0; w < words_; ++w) {
+            const int count = std::min(64, width_ - 64 * int(w));
+            uint64_t word = 0;
+            for (int i = 0; i < count; ++i) word |= uint64_t(depth[64 * w + size_t(i)] != 0) << i;
+            row(j)[w] = word;
+        }
     }
 
     // False where a bit beyond a row's end is set.

@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "core/stopwatch.h"
+#include "ppve/depth_pyramid.h"
 #include "ppve/depth_words.h"
 #include "ppve/raster_vertices.h"
 #include "render/exact_triangle.h"
@@ -15,7 +16,6 @@ namespace ppve {
 
 namespace {
 
-constexpr int kBlock = 16;         // pixels of the pyramid's blocks, a side
 constexpr size_t kWaves = 12;      // between which the pyramid is made
 constexpr size_t kLeastWave = 64;  // clusters
 constexpr size_t kGrain = 4;       // clusters handed to a thread at a time
@@ -57,39 +57,6 @@ struct Scene {
                                  glm::dvec3(c.x[v], c.y[v], c.z[v]);
         const glm::dvec3 p = view.view_from_world(world) * frame.scale;
         return {frame.focal_px * p.x, frame.focal_px * p.y, frame.perspective ? p.z : 1};
-    }
-};
-
-// The farthest depth of each block of pixels, as a word: what is behind it is hidden.
-struct Pyramid {
-    int across = 0, down = 0;
-    std::vector<uint64_t> farthest;
-
-    void clear(int width, int height) {
-        across = (width + kBlock - 1) / kBlock, down = (height + kBlock - 1) / kBlock;
-        farthest.assign(size_t(across) * size_t(down), 0);
-    }
-
-    void update(const std::vector<uint64_t>& words, int width, int height) {
-        core::parallel_for(size_t(down), [&](size_t row) {
-            for (int column = 0; column < across; ++column) {
-                uint64_t least = ~uint64_t(0);
-                const int last_y = std::min(height, (int(row) + 1) * kBlock),
-                          last_x = std::min(width, (column + 1) * kBlock);
-                for (int y = int(row) * kBlock; y < last_y; ++y)
-                    for (int x = column * kBlock; x < last_x; ++x)
-                        least = std::min(least, words[size_t(y) * size_t(width) + size_t(x)]);
-                farthest[row * size_t(across) + size_t(column)] = least;
-            }
-        });
-    }
-
-    // Whether all pixels of the box have something nearer than `nearest`.
-    bool hides(const render::PixelBox& box, uint64_t nearest) const {
-        for (int y = box.first_y / kBlock; y <= box.last_y / kBlock; ++y)
-            for (int x = box.first_x / kBlock; x <= box.last_x / kBlock; ++x)
-                if (farthest[size_t(y) * size_t(across) + size_t(x)] <= nearest) return false;
-        return true;
     }
 };
 
@@ -291,7 +258,7 @@ struct RasterSampler::State {
     std::vector<uint64_t> words;
     std::vector<Visible> visible;
     std::vector<uint8_t> is_hidden;  // by place in `visible`
-    Pyramid pyramid;
+    DepthPyramid pyramid;
 
     explicit State(Clusters c) : clusters(std::move(c)) {
         for (const Clusters::Entry& e : clusters.entries())
@@ -390,7 +357,7 @@ void RasterSampler::State::draw(const Scene& scene, bool material, SampleCounts&
     std::atomic<uint64_t> tested{0}, drawn{0}, touched{0}, bytes{0}, hidden{0};
     std::vector<uint16_t> no_normals;
     for (size_t begin = 0; begin < visible.size(); begin += wave) {
-        if (begin > 0) pyramid.update(words, scene.frame.width, scene.frame.height);
+        if (begin > 0) pyramid.update(words);
         core::parallel_for(
             std::min(wave, visible.size() - begin),
             [&](size_t n) {
