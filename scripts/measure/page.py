@@ -64,6 +64,10 @@ SECTIONS = [
     ("Streaming: links, motion, clients",
      "How soon the first block of a new view is there, what frames of a moving camera lack, and what the daemon costs.", [],
      ["streaming-links", "streaming-motion", "streaming-presence", "streaming-throughput", "streaming-clients"]),
+    ("Point sampling",
+     "The server of ppve-sample, at 1280x800: how long an image takes and what of the scene it reads, how small it gets beside "
+     "the paper's codec, and whole updates on a way: sample, leave out what the client has, code, keep.",
+     [], ["sampling", "codecs", "updates"]),
     ("Whole programs", "From start to end, with writing.", [], ["programs", "steadiness"]),
     ("Yardsticks", "What the figures stand beside.", [], ["yardsticks", "bandwidth"]),
     ("Stiff and extreme cases",
