@@ -15,7 +15,7 @@ namespace {
 mesh::Mesh leaves_of(core::InputFile file) {
     const splat::Model model(std::move(file));
     core::OutputFile leaves(core::OutputFile::InMemory{model.name()});
-    splat::write_cut(model, model.header().level_count - 1, leaves);
+    splat::write_cut(model, model.header().level_count, leaves);
     return mesh::read_mesh(leaves.read_back()).mesh;
 }
 
