@@ -61,12 +61,12 @@ ZSTD_DCtx* decompressor() {
 }
 
 // A plane is its size in bytes (32 bits) and zstd's, or 0 and nothing where all of it is 0.
+void put_empty_plane(Bytes& out) {
+    out.resize(out.size() + sizeof(uint32_t));
+}
+
 void put_plane(std::span<const std::byte> plane, Bytes& out) {
     const size_t at = out.size();
-    if (std::all_of(plane.begin(), plane.end(), [](std::byte b) { return b == std::byte{}; })) {
-        out.resize(at + sizeof(uint32_t));
-        return;
-    }
     out.resize(at + sizeof(uint32_t) + ZSTD_compressBound(plane.size()));
     const size_t size = ZSTD_compress2(compressor(), out.data() + at + sizeof(uint32_t),
                                        out.size() - at - sizeof(uint32_t), plane.data(), plane.size());
@@ -107,8 +107,14 @@ class PlaneReader {
 // Bytes `first` to `last` of each number, a plane each.
 void put_planes(std::span<const uint32_t> numbers, int first, int last, Bytes& plane, Bytes& out) {
     plane.resize(numbers.size());
+    uint32_t any = 0;
+    for (const uint32_t n : numbers) any |= n;
     for (int byte = first; byte <= last; ++byte) {
         const int shift = 8 * byte;
+        if ((any >> shift & 0xff) == 0) {
+            put_empty_plane(out);
+            continue;
+        }
         for (size_t n = 0; n < numbers.size(); ++n) plane[n] = std::byte(uint8_t(numbers[n] >> shift));
         put_plane(plane, out);
     }
@@ -152,7 +158,10 @@ Bytes encode_stripe(const DepthImage& image, const Rows& rows) {
     for (int j = 0; j < rows.count; ++j) mask.set_row(j, &image.depth[begin + size_t(j) * size_t(width)]);
     const Stripe stripe{width, rows.count, &mask};
     Bytes out;
-    put_plane(std::as_bytes(std::span(mask.bits())), out);
+    if (mask.count() > 0)
+        put_plane(std::as_bytes(std::span(mask.bits())), out);
+    else
+        put_empty_plane(out);
     depth_residuals(stripe, &image.depth[begin], work.numbers);
     put_planes(work.numbers, 0, 3, work.plane, out);
     colour_residuals(stripe, &image.colour[begin], work.numbers);
