@@ -45,7 +45,8 @@ struct CutOptions {
     CutBy by = CutBy::error;
     double threshold_px = 1;    // 0 and less, and NaN, draw leaves only
     bool cull_backfaces = true; // where the model's surface allows it
-    // Least diameter of a leaf that is handed out as a triangle, where leaves are; 0: all of them.
+    // Least diameter of a leaf that is handed out as a triangle, where leaves are; 0: all of them.  In a block most of
+    // whose leaves are smaller, twice that: it would be read for a few of them.
     double triangle_px = std::numeric_limits<double>::infinity();
 };
 

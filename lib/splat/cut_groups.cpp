@@ -264,8 +264,14 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
 
         if (hn::AllFalse(d, drawn)) continue;
         if (view.has_triangles) {
-            const M wanted = hn::And(hn::And(drawn, hn::RebindMask(d, leaf)),
-                                     hn::Ge(diameter, hn::Mul(hn::Set(d, view.limit_triangle), nearest)));
+            // Where a block has few triangles that are wanted, reading them takes longer than drawing splats,
+            // unless they are really large.
+            const V limit = hn::Mul(hn::Set(d, view.limit_triangle), nearest);
+            const M mostly = hn::Ge(hn::Set(d, block.middle_side() * view.focal),
+                                    hn::Mul(limit, hn::Set(d, kSideOfDiameter)));
+            const M large = hn::Or(hn::And(mostly, hn::Ge(diameter, limit)),
+                                   hn::Ge(diameter, hn::Mul(limit, hn::Set(d, kTrianglesAlone))));
+            const M wanted = hn::And(hn::And(drawn, hn::RebindMask(d, leaf)), large);
             const M lacks = hn::And(wanted, hn::RebindMask(d, missing)), found = hn::AndNot(lacks, wanted);
             counts.groups_missing += hn::CountTrue(d, lacks);
             if (!hn::AllFalse(d, found)) {

@@ -4,7 +4,7 @@
 //     block = header (16 bytes), then one array a channel, for `capacity` nodes:
 //             u16 attitude[], u16 place[], u16 colour[] where there is colour, u4 shape[]
 //
-// Where leaves are triangles (kTriangles), block headers have 24 bytes, and the last blocks of the file hold
+// Where leaves are triangles (kTriangles), block headers have 28 bytes, and the last blocks of the file hold
 // the corners (triangle_run.h).
 //
 // Nodes stand in breadth-first order, whole sibling groups to a block.  Where a group's children
@@ -70,7 +70,7 @@ struct Header {
     uint32_t version() const { return has_triangles() ? 2 : 1; }
     uint64_t node_blocks() const { return block_count - triangle_blocks; }
     uint64_t triangle_payload() const { return block_size - sizeof(uint32_t); }  // bytes of runs in a block
-    uint32_t block_header_size() const { return has_triangles() ? 24 : 16; }
+    uint32_t block_header_size() const { return has_triangles() ? 28 : 16; }
     uint32_t capacity() const;   // nodes a block: as many as fit, a multiple of 7
 };
 
@@ -82,6 +82,8 @@ struct BlockHeader {
 };
 // Behind it with kTriangles: u64, where the first run of the block's leaves is, in bytes of all runs.
 constexpr size_t kBlockTrianglesAt = sizeof(BlockHeader);
+// And f32, the longest side of the middle one of its triangles, model units.
+constexpr size_t kBlockMiddleSideAt = kBlockTrianglesAt + sizeof(uint64_t);
 
 // A block of triangles is its checksum, as a node block's, and bytes of runs, which go on from block to block.
 constexpr size_t kTriangleBlockHeader = sizeof(uint32_t);

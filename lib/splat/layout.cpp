@@ -53,6 +53,8 @@ class Layout {
                     if (triangle_blocks) {
                         const uint64_t at = triangle_blocks->at(first + b);
                         std::memcpy(block.data() + kBlockTrianglesAt, &at, sizeof(at));
+                        const float side = triangle_blocks->middle_side(first + b);
+                        std::memcpy(block.data() + kBlockMiddleSideAt, &side, sizeof(side));
                     }
                     fill_block(first + b, block);
                 },

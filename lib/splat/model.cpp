@@ -141,7 +141,10 @@ void BlockView::open(const Model& model, uint64_t number) {
     shape_ = reinterpret_cast<const uint8_t*>(bytes + layout.shape);
     colour_ = model.header().has_colour() ? reinterpret_cast<const uint16_t*>(bytes + layout.colour) : nullptr;
     child_slot_ = head.child_slot;
-    if (model.header().has_triangles()) std::memcpy(&triangles_at_, bytes + kBlockTrianglesAt, sizeof(triangles_at_));
+    if (model.header().has_triangles()) {
+        std::memcpy(&triangles_at_, bytes + kBlockTrianglesAt, sizeof(triangles_at_));
+        std::memcpy(&middle_side_, bytes + kBlockMiddleSideAt, sizeof(middle_side_));
+    }
     capacity_ = layout.capacity;
     counted_ = 0;
     child_at_ = {child_block_, child_slot_};

@@ -107,6 +107,7 @@ class BlockView {
     void open(const Model& model, uint64_t number);
     uint64_t number() const { return number_; }
     bool is_open() const { return is_open_; }
+    float middle_side() const { return middle_side_; }       // likewise
     uint64_t triangles_at() const { return triangles_at_; }  // of a model with triangles: see format.h
 
     uint32_t node_count() const { return node_count_; }
@@ -156,6 +157,7 @@ class BlockView {
 
     bool is_open_ = false;
     uint64_t number_ = 0, child_block_ = 0, triangles_at_ = 0;
+    float middle_side_ = 0;
     uint32_t node_count_ = 0, child_slot_ = 0, capacity_ = 0;
     const uint16_t *attitude_ = nullptr, *place_ = nullptr, *colour_ = nullptr;
     const uint8_t* shape_ = nullptr;

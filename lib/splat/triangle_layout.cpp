@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "splat/run_packer.h"
+#include "splat/triangle_sizes.h"
 
 namespace splat {
 
@@ -29,6 +30,7 @@ void TriangleBlocks::pack(uint64_t first, uint64_t end, Chunk& chunk,
                           const std::function<void(uint64_t, std::vector<uint32_t>&)>& leaves_of) const {
     const TriangleLeaves& leaves = source_.leaves;
     RunPacker run(leaves.lattice_bits);
+    TriangleSizes sizes;
     std::vector<uint32_t> numbers;
     for (uint64_t b = first; b < end; ++b) {
         numbers.clear();
@@ -40,10 +42,12 @@ void TriangleBlocks::pack(uint64_t first, uint64_t end, Chunk& chunk,
             RunPacker::Corner corner[3];
             for (int k = 0; k < 3; ++k) corner[k] = {t[k], leaves.corners[t[k]], leaves.normals[t[k]]};
             if (run.is_full()) run.finish(chunk.bytes);
+            sizes.add(corner[0].position, corner[1].position, corner[2].position);
             run.add(corner, leaves.is_smooth[triangle]);
             chunk.smooth += leaves.is_smooth[triangle];
         }
         if (!run.is_empty()) run.finish(chunk.bytes);
+        chunk.middle_side.push_back(sizes.empty() ? 0 : sizes.take_middle(leaves.step));
     }
     chunk.bytes.shrink_to_fit();
 }

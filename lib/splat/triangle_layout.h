@@ -34,6 +34,10 @@ class TriangleBlocks {
         const uint64_t at = chunk.at[node_block % kChunk];
         return at == kNoLeaves ? 0 : chunk.begin + at;
     }
+    // The longest side of the middle one of its triangles, model units; 0 where it has none.
+    float middle_side(uint64_t node_block) const {
+        return chunks_[node_block / kChunk].middle_side[node_block % kChunk];
+    }
     // Writes the blocks, once, behind those of the nodes.
     void write(core::OutputFile& out);
 
@@ -42,7 +46,8 @@ class TriangleBlocks {
     struct Chunk {
         uint64_t begin = 0;  // among all runs' bytes
         std::vector<std::byte> bytes;
-        std::vector<uint64_t> at;  // by node block, from the chunk's first byte; kNoLeaves
+        std::vector<uint64_t> at;        // by node block, from the chunk's first byte; kNoLeaves
+        std::vector<float> middle_side;  // likewise
         uint64_t smooth = 0;
     };
     static constexpr uint64_t kNoLeaves = ~uint64_t(0);

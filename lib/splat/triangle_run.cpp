@@ -1,6 +1,7 @@
 #include "splat/triangle_run.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 
@@ -47,7 +48,36 @@ namespace {
 
 // What one triangle, or corner, takes is looked at before it is known to be there.
 static_assert(kRunReadAhead >= 8 + (2 + 3 * any_position_width(30)) / 8);
-constexpr uint32_t kMostBackBits = 7;  // of kMostRunTriangles - 1, below the highest
+// Which edge a triangle is glued to: how many triangles back, which one, and what that took.
+struct GlueCode {
+    uint32_t back, edge, bits;
+};
+
+// From the bits behind the one that says so.  back: more than there can be triangles, where it is none.
+constexpr GlueCode long_glue_code(uint64_t word) {
+    const auto zeros = uint32_t(std::countr_zero(word));
+    if (zeros >= kRunTriangleBits) return {kMostRunTriangles, 0, 1};
+    const auto back = uint32_t(word >> (zeros + 1) & ((1u << zeros) - 1)) | 1u << zeros;
+    word >>= 2 * zeros + 1;
+    const uint32_t is_later = word & 1;
+    return {back, is_later + (is_later & uint32_t(word >> 1)), 2 * zeros + 2 + is_later};
+}
+
+// Of most: by their first bits; those that are longer have 0 bits here.
+struct GlueCodes {
+    static constexpr uint32_t kBits = 9;
+    std::array<GlueCode, 1 << kBits> of;
+};
+constexpr GlueCodes kGlueCodes = [] {
+    GlueCodes codes{};
+    for (uint32_t word = 0; word < codes.of.size(); ++word) {
+        const GlueCode code = long_glue_code(word);
+        if (code.back < kMostRunTriangles && code.bits <= GlueCodes::kBits) codes.of[word] = code;
+    }
+    return codes;
+}();
+
+constexpr int kAfter[3] = {1, 2, 0};
 
 uint32_t index_width(uint32_t count) {
     return uint32_t(std::bit_width(count - 1));
@@ -81,44 +111,34 @@ std::string TriangleRun::read_triangles(Bits& run_bits) {
     expected_.resize(corners_ + 1);  // one may be noted beyond the last
     uint32_t next = 0;               // entry that no triangle had yet
     bool is_whole = true;
-    // Takes a corner from `word`, which then goes on behind it.  Without branches: whether it is new is
-    // anyone's guess.
-    const auto take_corner = [&](uint64_t& word, const Parallelogram& expected) -> uint32_t {
-        const uint32_t is_next = word & 1;
-        const uint32_t width = is_next ? 0 : index_width(std::max(next, 1u));
-        const uint32_t had = uint32_t(word >> 1) & ((1u << width) - 1);
-        word >>= 1 + width;
-        bits.skip(1 + width);
-        const uint32_t entry = is_next ? next : had;
+    // Takes the corner behind `before` bits of `word`.  Without branches: whether it is new is anyone's
+    // guess.
+    const auto take_corner = [&](uint64_t word, uint32_t before, const Parallelogram& expected) -> uint32_t {
+        const uint32_t is_next = uint32_t(word >> before) & 1, had_width = index_width(std::max(next, 1u));
+        const uint32_t width = had_width & (is_next - 1);
+        const uint32_t had = uint32_t(word >> (before + 1)) & ((1u << had_width) - 1);
+        bits.skip(before + 1 + width);
+        const uint32_t entry = had ^ ((had ^ next) & (0u - is_next));
         expected_[std::min(next, corners_)] = expected;
         next += is_next;
-        is_whole &= entry < next && next <= corners_;
+        is_whole &= (entry < next) & (next <= corners_);
         return entry;
     };
     for (uint32_t t = 0; t < triangles(); ++t) {
-        uint64_t word = bits.peek();
-        const bool is_glued = word & 1;
-        word >>= 1;
-        bits.skip(1);
+        const uint64_t word = bits.peek();
         glm::u32vec3& triangle = entries_[t];
-        if (!is_glued) {
-            for (int k = 0; k < 3; ++k) {
+        if (!(word & 1)) {
+            for (uint32_t k = 0; k < 3; ++k) {
                 const uint32_t before = std::max(next, 1u) - 1;
-                triangle[k] = take_corner(word, {before, before, before});
+                triangle[int(k)] = take_corner(k == 0 ? word : bits.peek(), k == 0, {before, before, before});
             }
         } else {
-            const auto zeros = uint32_t(std::countr_zero(word));
-            if (zeros > kMostBackBits) return core::text("triangle %u is glued to none before it", t);
-            const auto back = uint32_t(word >> (zeros + 1) & ((1u << zeros) - 1)) | 1u << zeros;
-            word >>= 2 * zeros + 1;
-            const uint32_t edge = (word & 1) + (word & (word >> 1) & 1), edge_bits = 1 + (word & 1);
-            word >>= edge_bits;
-            bits.skip(2 * zeros + 1 + edge_bits);
-            if (back > t) return core::text("triangle %u is glued to none before it", t);
-            constexpr uint8_t kNext[5] = {0, 1, 2, 0, 1};
-            const glm::u32vec3 to = entries_[t - back];
-            triangle.x = to[kNext[edge + 1]], triangle.y = to[edge];
-            triangle.z = take_corner(word, {triangle.x, triangle.y, to[kNext[edge + 2]]});
+            GlueCode code = kGlueCodes.of[word >> 1 & (kGlueCodes.of.size() - 1)];
+            if (code.bits == 0) code = long_glue_code(word >> 1);
+            if (code.back > t) return core::text("triangle %u is glued to none before it", t);
+            const glm::u32vec3 to = entries_[t - code.back];
+            const Parallelogram expected{to[kAfter[code.edge]], to[code.edge], to[kAfter[kAfter[code.edge]]]};
+            triangle = {expected.a, expected.b, take_corner(word, 1u + code.bits, expected)};
         }
         if (!is_whole || bits.is_past_end())
             return core::text("triangle %u has an entry beyond its table", t);

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "splat/triangle_reader.h"
+#include "splat/triangle_sizes.h"
 #include "splat/walk.h"
 
 namespace splat {
@@ -118,8 +119,11 @@ class RunChecks {
             nodes.open(model_, b);
             triangles.open(model_, nodes);
             check_begin(b, nodes.triangles_at(), triangles.leaf_count() > 0 ? at_ : 0);
-            for (const BlockTriangles::PlacedRun& placed : triangles.runs())
+            for (const BlockTriangles::PlacedRun& placed : triangles.runs()) {
                 at_ = placed.at + placed.run.size_bytes();
+                take_sizes(placed.run);
+            }
+            check_middle(b, nodes.middle_side());
         }
         if (model_.is_complete()) check_end();
     }
@@ -129,8 +133,26 @@ class RunChecks {
     void check_begin(uint64_t node_block, uint64_t at, uint64_t expected) const {
         const Header& h = model_.header();
         if (at == expected || h.node_blocks() + at_ / h.triangle_payload() >= model_.blocks_present()) return;
-        model_.fault(node_block, core::text("its triangles are at byte %llu of all runs, the order puts them at byte %llu",
-                                            number(at), number(expected)));
+        model_.fault(
+            node_block,
+            core::text("its triangles are at byte %llu of all runs, the order puts them at byte %llu",
+                       number(at), number(expected)));
+    }
+
+    void take_sizes(const TriangleRun& run) {
+        for (uint32_t t = 0; t < run.triangles(); ++t) {
+            const glm::u32vec3& e = run.entries(t);
+            sizes_.add(run.position(e.x), run.position(e.y), run.position(e.z));
+        }
+    }
+
+    void check_middle(uint64_t node_block, float side) {
+        const float expected =
+            sizes_.empty() ? 0 : sizes_.take_middle(std::ldexp(1.0, -int(model_.header().lattice_bits)));
+        if (side != expected && model_.is_complete())
+            model_.fault(node_block,
+                         core::text("its middle triangle's longest side is %.9g, its header says %.9g",
+                                    double(expected), double(side)));
     }
 
     void check_end() const {
@@ -144,6 +166,7 @@ class RunChecks {
 
     const Model& model_;
     uint64_t at_ = 0;  // where the next run is
+    TriangleSizes sizes_;
 };
 
 // Normals within `index`'s half-angle of `axis`; index -1: none.

@@ -286,7 +286,8 @@ std::string describe_block(const Bytes& b) {
     out += dump_line(b, at + 8, 8, core::text("of block %d", int(take<uint64_t>(b, at + 8))));
     if (model.header().has_triangles())
         out += dump_line(b, at + 16, 8,
-                         core::text("triangles at byte %d of all runs", int(take<uint64_t>(b, at + 16))));
+                         core::text("triangles at byte %d of all runs", int(take<uint64_t>(b, at + 16)))) +
+               dump_line(b, at + 24, 4, core::text("middle side %.9g", double(take<float>(b, at + 24))));
     const size_t nodes = tree.nodes.size() - 1;
     for (size_t i = 0; i < nodes; ++i) {
         const splat::Node& n = tree.nodes[i + 1];

@@ -135,12 +135,33 @@ TEST(TriangleCut, LargeLeavesAreTrianglesAndSmallOnesSplats) {
         const Handed handed = cut_model(model, view, leaves_from(px));
         EXPECT_EQ(handed.splats + handed.triangles.size(), all.triangles.size());
         EXPECT_LE(handed.triangles.size(), last);
-        EXPECT_LT(handed.widest_splat_px, px);
+        EXPECT_LT(handed.widest_splat_px, 2 * px);
         last = handed.triangles.size();
     }
     EXPECT_EQ(last, 0u);
     EXPECT_EQ(cut_model(model, view, leaves_from(std::numeric_limits<double>::infinity())).triangles.size(),
               0u);
+}
+
+// A block is not read for a few triangles, unless they are large.
+TEST(TriangleCut, BlocksOfSmallTrianglesAreSplats) {
+    mesh::Mesh mesh = bumpy_torus(60, 160);
+    for (glm::vec3& p : mesh.positions) p.x += 20;
+    // One triangle beside many that are much smaller.
+    const auto first = uint32_t(mesh.positions.size());
+    for (const glm::vec3& p : {glm::vec3(19, 0, 0), glm::vec3(21, 0, 0), glm::vec3(20, 1, 0)})
+        mesh.positions.push_back(p);
+    mesh.triangles.emplace_back(first, first + 1, first + 2);
+    mesh.colours.resize(mesh.colours.empty() ? 0 : mesh.positions.size());
+    mesh.normals.resize(mesh.normals.empty() ? 0 : mesh.positions.size());
+    const splat::Model model = build_model(mesh, kTriangles);
+    const geom::View view = view_of(model, 3);
+    double px = 1;
+    while (cut_model(model, view, leaves_from(px)).triangles.size() > 1) px *= 1.1;
+    const Handed handed = cut_model(model, view, leaves_from(px));
+    EXPECT_EQ(handed.triangles.size(), 1u);
+    EXPECT_GT(handed.widest_splat_px, px);
+    EXPECT_LT(handed.widest_splat_px, 2 * px);
 }
 
 TEST(TriangleCut, ErrorOfTrianglesIsTheLatticeStep) {
