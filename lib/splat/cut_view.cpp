@@ -66,7 +66,8 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
         float(v.by_error ? options.threshold_px * double(kDiameterOfError) : options.threshold_px);
     v.has_triangles = h.has_triangles() && hands_out_triangles(options);
     v.limit_triangle = float(options.triangle_px);
-    v.rounding = float(std::ldexp(0.87, -int(h.lattice_bits)));  // sqrt(3) / 2 steps
+    // sqrt(3) / 2 steps of the lattice, and what single precision makes of places up to 2 off the pivot.
+    v.rounding = float(std::ldexp(0.87, -int(h.lattice_bits)) + 0x1p-21);
     v.lattice_step = std::ldexp(1.0, -int(h.lattice_bits));
     // What near cuts open shows its inside.
     const bool is_cut_open = view.near && *view.near / h.scale > -glm::dot(eye, view.forward) - 1.0;
