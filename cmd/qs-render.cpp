@@ -11,6 +11,7 @@
 #include "qs-render/arguments.h"
 #include "qs-render/film.h"
 #include "qs-render/mesh_film.h"
+#include "qs-render/points.h"
 #include "qs-render/sources.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
@@ -106,6 +107,8 @@ void explain(const Arguments& a, const scene::DrawOptions& draw, const Models& m
 
 void run(const Arguments& a) {
     if (a.lists_backends) return core::print(scene::list_backends());
+    if (qs_render::draws_points(a)) return qs_render::draw_points(a);
+    if (a.sources.empty()) throw core::UsageError("SOURCE is required");
     const std::vector<Source> sources = qs_render::parse_sources(a.sources);
     qs_render::check(a, sources);
     if (qs_render::are_progressive(sources)) return qs_render::draw_progressive(a, sources[0].file);

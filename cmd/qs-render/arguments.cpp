@@ -161,6 +161,18 @@ void add_options(core::Program& program, Arguments& a) {
     app.add_option("--reference", a.reference, "Measure each frame against this mesh, for --report")
         ->check(kNotEmpty)
         ->type_name("MESH");
+    app.add_option_function<std::string>(
+           "--ppve-command",
+           [&a, source](const std::string& command) {
+               a.ppve_command = command;
+               source->required(false);
+           },
+           "Draw the points that this command serves: 'ssh host ppve-sample a.ply'")
+        ->check(kNotEmpty)
+        ->type_name("COMMAND");
+    app.add_option("--ppve", a.ppve, "How points are asked for and drawn: realtime,size=1280x800,...")
+        ->check(kNotEmpty)
+        ->type_name("SETTINGS");
 }
 
 scene::DrawOptions draw_options(const Arguments& a) {

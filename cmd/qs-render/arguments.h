@@ -32,6 +32,7 @@ struct Arguments {
     std::string splat = "smooth", shade = "lit", background = "0,0,0", occlusion = "auto";
     std::string backend = "auto";
     bool lists_backends = false;  // and does nothing else
+    std::string ppve_command, ppve;  // a server of points, and how it is asked
 
     bool cuts_by_diameter() const { return !std::isnan(threshold_diameter_px); }
     bool has_budget() const { return !std::isnan(budget_ms); }

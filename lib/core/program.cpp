@@ -53,8 +53,8 @@ void say(const std::string& line) {
 
 // ---- help ----
 
-constexpr size_t kHelpColumns = 100;
-constexpr size_t kHelpIndent = 30;  // where the right column starts
+constexpr size_t kHelpColumns = 110;
+constexpr size_t kHelpIndent = 40;  // where the right column starts
 
 // `left`, then `right` wrapped in its column.
 std::string two_columns(const std::string& left, const std::string& right) {

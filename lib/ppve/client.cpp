@@ -94,6 +94,7 @@ struct Client::State {
     std::shared_ptr<const PointModel> drawn_model;
     std::vector<uint8_t> drawn_seen;
     ClientCounts counts;
+    std::optional<Box> bounds;
     int failures_in_a_row = 0;
     std::string refusal;
 
@@ -267,6 +268,8 @@ void Client::State::serve(Link& link) {
         const std::lock_guard lock(mutex);
         ++counts.connections;
         settled_eyes = 0;
+        bounds = welcome.bounds;
+        changed.notify_all();
     }
     while (!stops()) {
         const std::optional<Wish> wish = wait_for_wish(link, welcome.most_pixels);
@@ -356,6 +359,13 @@ void Client::wait_until_settled() {
     });
     if (!state_->refusal.empty()) throw core::Error("server: " + state_->refusal);
     if (state_->failures_in_a_row >= kMostFailures) throw core::Error(state_->counts.failure);
+}
+
+Box Client::wait_for_bounds() {
+    std::unique_lock lock(state_->mutex);
+    state_->changed.wait(lock, [&] { return state_->bounds || state_->failures_in_a_row >= kMostFailures; });
+    if (!state_->bounds) throw core::Error(state_->counts.failure);
+    return *state_->bounds;
 }
 
 }  // namespace ppve

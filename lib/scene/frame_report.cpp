@@ -12,6 +12,8 @@ double rounded(double ms) {
     return std::round(ms * 1000) / 1000;
 }
 
+}  // namespace
+
 void add_reference(core::Json& json, const ReferenceMeasures& measures) {
     const render::ImageDifference& d = measures.difference;
     json["psnr_db"] = d.psnr_db;
@@ -23,8 +25,6 @@ void add_reference(core::Json& json, const ReferenceMeasures& measures) {
     json["depth_rmse_px"] = d.depth_rmse_px ? core::Json(*d.depth_rmse_px) : core::Json();
     json["measured_error_px"] = measures.measured_error_px;
 }
-
-}  // namespace
 
 core::Json to_json(const FrameReport& report) {
     const splat::CutCounts& counts = report.draw.counts;

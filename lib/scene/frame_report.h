@@ -46,6 +46,9 @@ struct FrameReport {
     }
 };
 
+// Appends the keys of a measured frame.
+void add_reference(core::Json& json, const ReferenceMeasures& measures);
+
 // Infinite measures become null when they are written.
 core::Json to_json(const FrameReport& report);
 
