@@ -6,7 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <memory>
+#include <numeric>
 
 #include "core/bytes.h"
 #include "core/error.h"
@@ -24,6 +24,10 @@ constexpr double kMostSlope = 30;  // footprints a pixel
 
 // Depths of cached points are single precision, positions somewhat worse; counts in very narrow frusta only.
 constexpr double kRounding = 0x1p-21;
+
+// Of a pixel that points must hold together for its sample to be left out: a point that is as fine does, of
+// those twice as fine it takes two.  One fine point alone would leave a hole about it.
+constexpr float kEnough = 0.4f;
 
 // A patch and its place, of those in the frustum.
 struct PlacedPatch {
@@ -45,21 +49,15 @@ std::vector<PlacedPatch> patches_in(const Octree& tree, const PointView& view) {
     return patches;
 }
 
-// The points of the patches, one pixel each, but for those with more than `most_px` pixels.
-void draw_reference(const std::vector<PlacedPatch>& patches, const PointView& view, float most_px,
-                    PointRaster& raster) {
-    raster.resize(view.width(), view.height());
-    const int rows = view.height();
-    core::parallel_for(size_t(core::thread_count()), [&](size_t band) {
-        const auto row_at = [&](size_t k) { return int(size_t(rows) * k / size_t(core::thread_count())); };
-        const int first = row_at(band), end = row_at(band + 1);
-        raster.clear(first, end);
-        PatchStyle style;
-        style.is_sized = false;
-        style.most_px = most_px;
+// draw(patch, first row, end) in parallel, by rows that nobody else draws in, and in the order of the
+// patches.
+template <class Draw>
+void for_each_band(const std::vector<PlacedPatch>& patches, int rows, const Draw& draw) {
+    const size_t bands = size_t(core::thread_count());
+    core::parallel_for(bands, [&](size_t band) {
+        const int first = int(size_t(rows) * band / bands), end = int(size_t(rows) * (band + 1) / bands);
         for (const PlacedPatch& placed : patches)
-            if (placed.rows.first < end && placed.rows.end > first)
-                raster.draw(view, *placed.patch, style, {}, first, end);
+            if (placed.rows.first < end && placed.rows.end > first) draw(placed, first, end);
     });
 }
 
@@ -109,35 +107,56 @@ DepthField::DepthField(const DepthImage& image)
         16);
 }
 
-struct RowCounts {
-    uint64_t samples = 0, kept = 0, lost = 0;
-};
+// How far off a sample may be from one that is the same, from its own depth on.
+double epsilon_of(const DepthImage& image, const DepthField& field, size_t pixel, double z) {
+    return footprint(image.frustum, image.footprint_px, z) + double(field.slope[pixel]) +
+           kRounding * std::fabs(z);
+}
 
-// Takes from a row what the reference has; `finer` is the reference of the points that are as fine as the new
-// samples, to know what is lost, or null.
-RowCounts eliminate_row(const EliminationRule& rule, const DepthField& field, const PointView& view,
-                        const PointRaster& reference, const PointRaster* finer, int y, DepthImage& image) {
-    RowCounts counts;
-    for (int x = 0; x < field.width; ++x) {
-        const size_t i = size_t(y) * size_t(field.width) + size_t(x);
-        if (image.depth[i] == 0) continue;
-        ++counts.samples;
-        const double z = field.at(x, y);
-        const double own = footprint(image.frustum, image.footprint_px, z) + double(field.slope[i]);
-        const double rounding = kRounding * std::fabs(z);
-        const auto is_nearer = [&](const PointRaster& raster, double epsilon) {
-            const uint64_t word = raster.row(y)[x];
-            return word == PointRaster::kEmpty || z < view.depth_of(word) - epsilon - rounding;
-        };
-        if (is_nearer(reference, rule.kind == Elimination::paper ? rule.epsilon : own)) {
-            ++counts.kept;
-            continue;
-        }
-        counts.lost += finer && is_nearer(*finer, own);
-        image.depth[i] = image.colour[i] = 0;
-        if (!image.normal.empty()) image.normal[i] = 0;
-    }
-    return counts;
+// Of each pixel the share that the tree's points hold, in front of the new sample or no farther behind it
+// than epsilon; points of more than `most_px` pixels left out.
+std::vector<float> coverage_of(const std::vector<PlacedPatch>& patches, const PointView& view, float most_px,
+                               const DepthImage& image, const DepthField& field) {
+    std::vector<float> limit(image.pixels()), coverage(image.pixels());
+    core::parallel_for(
+        size_t(field.height),
+        [&](size_t y) {
+            for (size_t i = y * size_t(field.width); i < (y + 1) * size_t(field.width); ++i)
+                if (const double z = double(field.depth[i]); !std::isnan(z))
+                    limit[i] = view.depth_key(z + epsilon_of(image, field, i, z));
+        },
+        16);
+    for_each_band(patches, view.height(), [&](const PlacedPatch& placed, int first, int end) {
+        PointRaster::cover(view, *placed.patch, most_px, limit, coverage, first, end);
+    });
+    return coverage;
+}
+
+// The paper's reference map: the nearest of all points, one pixel each.
+PointRaster reference_of(const std::vector<PlacedPatch>& patches, const PointView& view) {
+    PointRaster raster;
+    raster.resize(view.width(), view.height());
+    raster.clear(0, view.height());
+    PatchStyle style;
+    style.is_sized = false;
+    for_each_band(patches, view.height(), [&](const PlacedPatch& placed, int first, int end) {
+        raster.draw(view, *placed.patch, style, {}, first, end);
+    });
+    return raster;
+}
+
+void leave_out(DepthImage& image, size_t pixel) {
+    image.depth[pixel] = image.colour[pixel] = 0;
+    if (!image.normal.empty()) image.normal[pixel] = 0;
+}
+
+// body(y) leaves out samples of a row and says how many of those that it left out are lost.
+template <class Body>
+uint64_t eliminate_rows(const DepthImage& image, const Body& body) {
+    std::vector<uint64_t> lost(size_t(image.height()));
+    core::parallel_for(
+        lost.size(), [&](size_t y) { lost[y] = body(y); }, 16);
+    return std::accumulate(lost.begin(), lost.end(), uint64_t(0));
 }
 
 // Whether the new samples hold the point's whole footprint: its corners and its middle, each within the
@@ -201,27 +220,33 @@ Eliminated eliminate(const Octree& tree, const EliminationRule& rule, DepthImage
     const std::vector<PlacedPatch> patches = patches_in(tree, view);
     const DepthField field(image);
     const float coarse_px = static_cast<float>(rule.rho * image.footprint_px);
-    PointRaster reference;
-    std::unique_ptr<PointRaster> finer;
+    const std::vector<float> coverage = coverage_of(patches, view, coarse_px, image, field);
+    const float enough = kEnough * static_cast<float>(image.footprint_px * image.footprint_px);
     if (rule.kind == Elimination::filtered) {
-        draw_reference(patches, view, coarse_px, reference);
         result.removed = find_replaced(patches, view, tree.shape().unit(), rule.rho, image, field);
+        eliminate_rows(image, [&](size_t y) {
+            for (size_t i = y * size_t(field.width); i < (y + 1) * size_t(field.width); ++i)
+                if (image.depth[i] != 0 && coverage[i] >= enough) leave_out(image, i);
+            return 0;
+        });
     } else {
-        draw_reference(patches, view, std::numeric_limits<float>::infinity(), reference);
-        finer = std::make_unique<PointRaster>();
-        draw_reference(patches, view, coarse_px, *finer);
+        const PointRaster reference = reference_of(patches, view);
+        result.counts.lost = eliminate_rows(image, [&](size_t y) {
+            uint64_t lost = 0;
+            for (size_t x = 0; x < size_t(field.width); ++x) {
+                const size_t i = y * size_t(field.width) + x;
+                const double z = double(field.depth[i]);
+                const uint64_t word = reference.row(int(y))[x];
+                if (image.depth[i] == 0 || word == PointRaster::kEmpty ||
+                    z < view.depth_of(word) - rule.epsilon)
+                    continue;
+                lost += coverage[i] == 0;
+                leave_out(image, i);
+            }
+            return lost;
+        });
     }
-    std::vector<RowCounts> rows(size_t(image.height()));
-    core::parallel_for(
-        rows.size(),
-        [&](size_t y) { rows[y] = eliminate_row(rule, field, view, reference, finer.get(), int(y), image); },
-        16);
-    result.counts = {};
-    for (const RowCounts& row : rows) {
-        result.counts.samples += row.samples;
-        result.counts.kept += row.kept;
-        result.counts.lost += row.lost;
-    }
+    result.counts.kept = image.samples();
     for (const Removal& removal : result.removed)
         result.counts.removed +=
             uint64_t(std::count(removal.is_removed.begin(), removal.is_removed.end(), 1));

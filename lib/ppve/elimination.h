@@ -5,7 +5,10 @@
 // coarser than the new sample then discards it, up to a third of the detail on a way towards a surface, and
 // with an epsilon below the slope of a pixel half of all points are duplicates.  The default here:
 //   - epsilon is the sample's footprint and its slope, the change of depth to the next pixel;
-//   - points with a footprint above rho = 1.4 of the new ones' are left out of the reference;
+//   - points with a footprint above rho = 1.4 of the new ones' do not count;
+//   - points that are finer count by the share of the pixel that they hold, and a sample goes where half of
+//   it is held:
+//     in the paper's map one point of a close-up discards the sample of a far view for all of its pixel;
 //   - such a coarse point is removed from the tree where new samples hold all its corners.  Both sides are
 //   told
 //     which (Removal), so that they need not come to the same conclusion.
@@ -30,7 +33,7 @@ struct EliminationRule {
 
 struct EliminationCounts {
     uint64_t samples = 0, kept = 0;  // of the new image
-    // Left out although the tree has there only what is coarser than rho footprints (the paper's rule).
+    // Left out although all that the tree has there is coarser than rho footprints (the paper's rule).
     uint64_t lost = 0;
     uint64_t removed = 0;  // points
 };

@@ -32,6 +32,8 @@ struct PointTask {
     const uint32_t *factor_of, *colour_of;  // by normal, or null
     bool is_coloured;
     uint32_t one_colour;
+    const float* limit;  // PointRaster::cover(); else null
+    float* coverage;
 };
 
 // Splats of a block of points that fall on the raster, as pixels.
@@ -39,6 +41,7 @@ struct SplatBlock {
     static constexpr size_t kPoints = 256, kRoom = kPoints + 64;
     alignas(64) int32_t x[kRoom], y[kRoom], x_end[kRoom], y_end[kRoom];
     alignas(64) uint32_t depth[kRoom], number[kRoom];
+    alignas(64) float size[kRoom];  // of their footprints; for coverage only
 };
 
 }  // namespace ppve
@@ -86,6 +89,7 @@ HWY_INLINE size_t project(D d, const PointTask& t, size_t i, size_t number, size
     store(Max(top, first), block.y);
     store(Min(right, width), block.x_end);
     store(Min(bottom, end), block.y_end);
+    if (t.coverage) hn::CompressStore(unscaled, seen, d, block.size + to);
     const auto mask = hn::RebindMask(du, seen);
     hn::CompressStore(hn::Iota(du, static_cast<uint32_t>(number)), mask, du, block.number + to);
     return hn::CompressStore(hn::BitCast(du, vz), mask, du, block.depth + to);
@@ -147,7 +151,16 @@ HWY_INLINE void put_all(const PointTask& t, const SplatBlock& block, size_t coun
     }
 }
 
+void add_coverage(const PointTask& t, const SplatBlock& block, size_t count) {
+    for (size_t i = 0; i < count; ++i) {
+        const size_t pixel = size_t(block.y[i]) * t.stride + size_t(block.x[i]);
+        if (std::bit_cast<float>(block.depth[i]) <= t.limit[pixel])
+            t.coverage[pixel] += std::min(1.0f, block.size[i] * block.size[i]);
+    }
+}
+
 void put(const PointTask& t, const SplatBlock& block, size_t count) {
+    if (t.coverage) return add_coverage(t, block, count);
     int widest = 0;
     for (size_t i = 0; i < count; ++i)
         widest = std::max({widest, block.x_end[i] - block.x[i], block.y_end[i] - block.y[i]});
@@ -322,9 +335,8 @@ size_t PointRaster::draw(const PointView& view, const Patch& patch, const PatchS
     return draw(view, patch, patch.points(), 1, style, shading, first, end);
 }
 
-size_t PointRaster::draw(const PointView& view, const Patch& patch, const PatchPoints& points,
-                         float coarseness, const PatchStyle& style, const PointShading& shading, int first,
-                         int end) {
+PointTask PointRaster::task_of(const PointView& view, const Patch& patch, const PatchPoints& points,
+                               float coarseness, int first, int end) {
     PointTask task{};
     task.x = points.x.data(), task.y = points.y.data(), task.z = points.z.data();
     task.colour = points.colour.data();
@@ -341,9 +353,16 @@ size_t PointRaster::draw(const PointView& view, const Patch& patch, const PatchP
     task.focal = view.focal_;
     task.centre_x = view.principal_.x, task.centre_y = view.principal_.y;
     task.near = view.near_, task.far = view.far_;
-    task.scale = style.scale, task.most_px = style.most_px, task.is_sized = style.is_sized;
     task.is_orthographic = view.projection_ == Projection::orthographic;
-    task.width = float(width_), task.first_row = float(first), task.end_row = float(end);
+    task.width = float(view.width_), task.first_row = float(first), task.end_row = float(end);
+    return task;
+}
+
+size_t PointRaster::draw(const PointView& view, const Patch& patch, const PatchPoints& points,
+                         float coarseness, const PatchStyle& style, const PointShading& shading, int first,
+                         int end) {
+    PointTask task = task_of(view, patch, points, coarseness, first, end);
+    task.scale = style.scale, task.most_px = style.most_px, task.is_sized = style.is_sized;
     task.stride = stride_, task.words = words_.data();
     task.is_coloured = style.is_coloured;
     task.one_colour = style.colour.x | uint32_t(style.colour.y) << 8 | uint32_t(style.colour.z) << 16;
@@ -353,6 +372,15 @@ size_t PointRaster::draw(const PointView& view, const Patch& patch, const PatchP
         if (!shading.colour.empty()) task.colour_of = shading.colour.data();
     }
     return HWY_DYNAMIC_DISPATCH(draw_points)(task);
+}
+
+void PointRaster::cover(const PointView& view, const Patch& patch, float most_px,
+                        const std::vector<float>& limit, std::vector<float>& coverage, int first, int end) {
+    PointTask task = task_of(view, patch, patch.points(), 1, first, end);
+    task.most_px = most_px;
+    task.stride = size_t(view.width());
+    task.limit = limit.data(), task.coverage = coverage.data();
+    HWY_DYNAMIC_DISPATCH(draw_points)(task);
 }
 
 }  // namespace ppve

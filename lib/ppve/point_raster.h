@@ -19,6 +19,8 @@ namespace ppve {
 
 constexpr float kMostSplatPx = 64;  // no splat is larger
 
+struct PointTask;  // a patch and a view, boiled down
+
 // Where patches are seen from; lengths in tree units.
 class PointView {
   public:
@@ -43,6 +45,8 @@ class PointView {
     float most_splat_px(const Patch& patch) const;
     // The depth of a word of the raster, world units.
     double depth_of(uint64_t word) const;
+    // What it is in a word, of world units.
+    float depth_key(double depth) const { return static_cast<float>(depth / unit_ + depth_shift_); }
 
   private:
     friend class PointRaster;
@@ -91,12 +95,21 @@ class PointRaster {
     size_t draw(const PointView& view, const Patch& patch, const PatchPoints& points, float coarseness,
                 const PatchStyle& style, const PointShading& shading, int first, int end);
 
+    // What points hold of pixels already: adds to `coverage`, of each point whose depth is at most `limit` in
+    // its pixel, the share of the pixel that its footprint is, at most 1; but for points with more than
+    // `most_px` pixels.  Both have an entry a pixel; a limit is as depth_key() has it.  Rows as in draw().
+    static void cover(const PointView& view, const Patch& patch, float most_px,
+                      const std::vector<float>& limit, std::vector<float>& coverage, int first, int end);
+
     int width() const { return width_; }
     int height() const { return height_; }
     // Depth in the upper half, as the bits of a float; colour in the lower.
     const uint64_t* row(int y) const { return words_.data() + size_t(y) * stride_; }
 
   private:
+    static PointTask task_of(const PointView& view, const Patch& patch, const PatchPoints& points,
+                             float coarseness, int first, int end);
+
     int width_ = 0, height_ = 0;
     size_t stride_ = 0;
     std::vector<uint64_t> words_;
