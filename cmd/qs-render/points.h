@@ -16,7 +16,7 @@ struct Arguments;
 struct PointSettings {
     ppve::ClientOptions client;
     bool is_realtime = false;         // frames at the path's times, of what is there
-    double scale = 0;                 // 0: 1 for pictures that are complete, 1.25 else
+    double scale = 0;                 // 0: 1 for pictures that are complete, 1.5 else
     double ratio = 0, epsilon = 0.3;  // the rule for coarse patches over fine ones; ratio 0: none
     double velocity_px = 0;           // a frame, from which on a moving eye asks for less; 0: never
     uint64_t most_points = 4'000'000;

@@ -307,11 +307,6 @@ float PointView::most_splat_px(const Patch& patch) const {
                                    : std::numeric_limits<float>::infinity();
 }
 
-double PointView::depth_of(uint64_t word) const {
-    const float depth = std::bit_cast<float>(static_cast<uint32_t>(word >> 32));
-    return (double(depth) - depth_shift_) * unit_;
-}
-
 glm::vec3 PointView::at(const Patch& patch) const {
     const glm::dvec3 from_eye = (patch.anchor() - eye_) / unit_;
     return {glm::dot(right_, from_eye), glm::dot(down_, from_eye),

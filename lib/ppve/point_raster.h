@@ -2,11 +2,12 @@
 // kept.
 //
 // Made for the many small squares of a point model.  Its splats have neither radius nor normal of their own;
-// the ellipsoids of lib/render cost several times as much a splat (scripts/measure/ppve.py), and blend what
-// here only the nearest of is to be seen.  The same words for any order of patches, number of threads and
-// instruction set.
+// the ellipsoids of lib/render cost several times as much a splat (scripts/bench, point-drawing), and blend
+// what here only the nearest of is to be seen.  The same words for any order of patches, number of threads
+// and instruction set.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -44,7 +45,9 @@ class PointView {
     // At least the same of every point of the patch.
     float most_splat_px(const Patch& patch) const;
     // The depth of a word of the raster, world units.
-    double depth_of(uint64_t word) const;
+    double depth_of(uint64_t word) const {
+        return (double(std::bit_cast<float>(static_cast<uint32_t>(word >> 32))) - depth_shift_) * unit_;
+    }
     // What it is in a word, of world units.
     float depth_key(double depth) const { return static_cast<float>(depth / unit_ + depth_shift_); }
 

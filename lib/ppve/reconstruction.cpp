@@ -152,20 +152,23 @@ Eye eye_of(const PointModel& model, const geom::View& view, const Reconstruction
 }
 
 void resolve(const Eye& eye, const render::Look& look, int first, int end, render::Frame& frame) {
+    const uint32_t background =
+        look.background.x | uint32_t(look.background.y) << 8 | uint32_t(look.background.z) << 16;
+    const size_t width = size_t(frame.width);
     for (int y = first; y < end; ++y) {
         const uint64_t* const words = eye.raster->row(y);
-        const size_t row = size_t(y) * size_t(frame.width);
-        for (size_t x = 0; x < size_t(frame.width); ++x) {
-            const bool is_empty = words[x] == PointRaster::kEmpty;
-            const uint32_t background =
-                look.background.x | uint32_t(look.background.y) << 8 | uint32_t(look.background.z) << 16;
-            const uint32_t colour = is_empty ? background : static_cast<uint32_t>(words[x]);
-            uint8_t* const rgb = frame.rgb.data() + 3 * (row + x);
+        const size_t row = size_t(y) * width;
+        uint8_t* rgb = frame.rgb.data() + 3 * row;
+        for (size_t x = 0; x < width; ++x, rgb += 3) {
+            const uint32_t colour =
+                words[x] == PointRaster::kEmpty ? background : static_cast<uint32_t>(words[x]);
             rgb[0] = uint8_t(colour), rgb[1] = uint8_t(colour >> 8), rgb[2] = uint8_t(colour >> 16);
-            if (!frame.alpha.empty()) frame.alpha[row + x] = is_empty ? look.background_alpha : 255;
-            frame.depth[row + x] = is_empty ? std::numeric_limits<float>::infinity()
-                                            : static_cast<float>(eye.view.depth_of(words[x]));
         }
+        // An empty word's depth is infinity.
+        for (size_t x = 0; x < width; ++x)
+            frame.depth[row + x] = static_cast<float>(eye.view.depth_of(words[x]));
+        for (size_t x = 0; x < width && !frame.alpha.empty(); ++x)
+            frame.alpha[row + x] = words[x] == PointRaster::kEmpty ? look.background_alpha : 255;
     }
 }
 

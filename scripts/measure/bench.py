@@ -34,8 +34,8 @@ class Bench:
         log("building build/release")
         subprocess.run(["scripts/install-packages"], cwd=ROOT, check=True)
         names = ["qs-build", "qs-info", "qs-path", "qs-render", "qs-compare", "qs-fetch", "coral", "subdivide", "paint",
-                 "bandwidth", "frame_bench", "fetch_bench", "budget_bench", "backend_bench", "ppve_bench", "terrain",
-                 "stability_tests"]
+                 "bandwidth", "frame_bench", "fetch_bench", "budget_bench", "backend_bench", "ppve_bench",
+                 "point_view_bench", "terrain", "stability_tests"]
         for command in (["cmake", "--preset", "release", "-DQS_BENCH=ON"],
                         ["cmake", "--build", "--preset", "release", "--target", *names]):
             done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

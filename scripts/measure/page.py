@@ -68,6 +68,10 @@ SECTIONS = [
      "The server of ppve-sample, at 1280x800: how long an image takes and what of the scene it reads, how small it gets beside "
      "the paper's codec, and whole updates on a way: sample, leave out what the client has, code, keep.",
      [], ["sampling", "codecs", "updates"]),
+    ("Remote points",
+     "What qs-render makes of such a server, 2560x1600: the bytes of updates against whole frames, how wrong frames are while "
+     "the eye moves on and when it rests, and the time of drawing.",
+     [], ["point-traffic", "point-views", "point-drawing"]),
     ("Whole programs", "From start to end, with writing.", [], ["programs", "steadiness"]),
     ("Yardsticks", "What the figures stand beside.", [], ["yardsticks", "bandwidth"]),
     ("Stiff and extreme cases",
