@@ -70,7 +70,7 @@ bool ModelPainter::may_have_triangles(const DrawOptions& options) const {
 render::SplatterOptions ModelPainter::splatter_options(const DrawOptions& options) const {
     // Where splats are coarser than the least push-back, their rims are further from the surface.
     const double push_back_px = std::max(render::kPushBackPx, options.cut.threshold_px);
-    return {options.kind, options.look, has_colour_, unit_, push_back_px, may_have_triangles(options)};
+    return {options.kind, options.look, has_colour_ || options.cut.last_number, unit_, push_back_px, may_have_triangles(options)};
 }
 
 void ModelPainter::begin(const geom::View& view, const DrawOptions& options) {

@@ -89,6 +89,11 @@ class ModelPainter {
     splat::CutProfile profile(const geom::View& view, const splat::CutOptions& options,
                               const splat::ProfileOptions& limits) const;
 
+    size_t size() const { return parts_.size(); }  // models
+    // As of splat::Cut, of the models by their places in what the constructor was given.
+    std::vector<splat::WaitingNode> waiting(size_t model) const { return parts_[model].cut->waiting(); }
+    bool has_used(size_t model, uint64_t block) const { return parts_[model].cut->has_used(block); }
+
   private:
     struct Part {
         PlacedModel placed;

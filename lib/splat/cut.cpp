@@ -1,6 +1,7 @@
 #include "splat/cut.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "splat/cut_walk.h"
 
@@ -25,10 +26,11 @@ size_t Cut::begin(const geom::View& view, const CutOptions& options, double unit
     // Stamps of 256 frames ago become one that is no frame's; 0 stays: never used.
     if (++state_->frame == 0) {
         for (uint64_t b = 0; b < state_->model.blocks_present(); ++b)
-            if (state_->touched[b].load(std::memory_order_relaxed) != 0)
-                state_->touched[b].store(1, std::memory_order_relaxed);
+            if (state_->touched(b).load(std::memory_order_relaxed) != 0)
+                state_->touched(b).store(1, std::memory_order_relaxed);
         state_->frame = 2;
     }
+    state_->waiting.clear();
     state_->walk_top();
     if (view.width != view.picture_width() || view.height != view.picture_height())
         state_->narrow_to_raster();
@@ -73,6 +75,20 @@ CutCounts Cut::counts() const {
 
 CutPlan Cut::plan() const {
     return state_->view.plan;
+}
+
+std::vector<WaitingNode> Cut::waiting() const {
+    std::vector<WaitingNode> nodes = state_->waiting;
+    // Numbers are given as threads come by.
+    std::sort(nodes.begin(), nodes.end(), [](const WaitingNode& a, const WaitingNode& b) {
+        return std::tie(a.block, a.level, a.centre.x, a.centre.y, a.centre.z) <
+               std::tie(b.block, b.level, b.centre.x, b.centre.y, b.centre.z);
+    });
+    return nodes;
+}
+
+bool Cut::has_used(uint64_t block) const {
+    return state_->touched(block).load(std::memory_order_relaxed) != 0;
 }
 
 CutProfile Cut::profile(const geom::View& view, const CutOptions& options,

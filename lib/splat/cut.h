@@ -17,15 +17,20 @@
 // outline() of all tasks, the map's build() and sift() of all; then run() with the map.  The rest comes in
 // the same order.
 //
+// Nodes whose children are not there wait for a block.  They can be listed, with the error that stays as long
+// as it is not there, to ask for what is missed most.  (Streaming QSplat, section 3.2.)
+//
 // The walk is in single precision relative to a pivot near what is seen, but its top, where rounding would
 // count most, is in double; subtrees below the top are tasks that may run on any thread.  The splats of a
 // task come in a fixed order, whatever the number of threads.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "geom/camera.h"
 #include "geom/occlusion.h"
@@ -43,8 +48,11 @@ enum class CutBy {
 
 struct CutOptions {
     CutBy by = CutBy::error;
-    double threshold_px = 1;    // 0 and less, and NaN, draw leaves only
-    bool cull_backfaces = true; // where the model's surface allows it
+    double threshold_px = 1;     // 0 and less, and NaN, draw leaves only
+    bool cull_backfaces = true;  // where the model's surface allows it
+    // Where not null, waiting nodes are listed and numbered, each with the next after this one, and colours are
+    // these numbers: 0 for what does not wait.  Several cuts may share it.
+    std::atomic<uint32_t>* last_number = nullptr;
     // Least diameter of a leaf that is handed out as a triangle, where leaves are; 0: all of them.  In a block most of
     // whose leaves are smaller, twice that: it would be read for a few of them.
     double triangle_px = std::numeric_limits<double>::infinity();
@@ -71,10 +79,22 @@ struct CutCounts {
     uint64_t side_tests = 0;
     uint32_t side_test_level = 0;  // the deepest level with such nodes; that of the root's children is 1
     uint64_t blocks_touched = 0;
-    uint64_t closed = 0;           // of the splats, nodes that a smaller threshold would open
-    uint64_t groups_missing = 0;   // child groups, and triangles, that were wanted and are not there
-    double error_bound_px = 0;     // no drawn point is further from the surface; infinity with the eye inside a splat
+    uint64_t closed = 0;          // of the splats, nodes that a smaller threshold would open
+    uint64_t groups_missing = 0;  // child groups, and triangles, that were wanted and are not there
+    double error_bound_px =
+        0;  // no drawn point is further from the surface; infinity with the eye inside a splat
     void add(const CutCounts& o);
+};
+
+// A node that is drawn although it should be opened, or a leaf that lacks its triangle.
+struct WaitingNode {
+    uint64_t block;    // that is not there
+    uint32_t number;
+    uint32_t level;    // of the tree; 0 is the root
+    glm::vec3 centre;  // in view space, in the splats' unit
+    float radius;      // model units
+    float error_px;    // projected bound on its error; infinity with the eye inside
+    float diameter_px;
 };
 
 class Cut {
@@ -82,13 +102,13 @@ class Cut {
     explicit Cut(const Model& model);  // which lives longer
     ~Cut();
 
-    // Walks the top; returns the number of tasks (>= 1).  `view` is in world space.  `unit`: splats are handed
-    // out in model units (world units / header().scale) times this.
+    // Walks the top; returns the number of tasks (>= 1).  `view` is in world space.  `unit`: splats are
+    // handed out in model units (world units / header().scale) times this.
     size_t begin(const geom::View& view, const CutOptions& options, double unit = 1);
 
-    // Walks a task's first levels, down to nodes of some 80 pixels, and shows the map what they hold; called a second
-    // time, after sift(), it goes on to nodes of some 40 pixels, but for what is hidden.  Different tasks may
-    // be outlined at once.  Throws as run() does.
+    // Walks a task's first levels, down to nodes of some 80 pixels, and shows the map what they hold; called
+    // a second time, after sift(), it goes on to nodes of some 40 pixels, but for what is hidden.  Different
+    // tasks may be outlined at once.  Throws as run() does.
     void outline(size_t task, geom::OcclusionMap& map);
 
     // How many of an outlined task's nodes wait to be opened, and how many of these the map hides.
@@ -108,6 +128,11 @@ class Cut {
     // Of all that was walked since begin().
     CutCounts counts() const;
     CutPlan plan() const;
+
+    // Of all that was walked since begin() with last_number: in an order that the threads do not change.
+    std::vector<WaitingNode> waiting() const;
+    // Whether a block was used in any walk so far.
+    bool has_used(uint64_t block) const;
 
     // What cuts of the view would hold, by threshold, from limits.finest_px (not options.threshold_px) up: an
     // estimate by a walk over a sample of the nodes.  Between the walks of frames, not during one.

@@ -319,7 +319,13 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
         put(Dot(Set3(d, view.right), shown), batch.nx), put(Dot(Set3(d, view.down), shown), batch.ny),
             put(Dot(forward, shown), batch.nz);
         put(hn::Mul(radius, unit), batch.radius), put(flat, batch.flatness);
-        if (view.has_colour)
+        if (view.last_number) {
+            const U lane = hn::Add(hn::Load(du, kLaneNumbers.data()), hn::Set(du, uint32_t(first)));
+            hn::StoreU(hn::Compress(lane, hn::RebindMask(du, drawn)), du, batch.colour + to);
+            hn::Store(safe, d, &chunk.needed[i]);
+            hn::Store(hn::IfThenElse(hn::Gt(nearest, zero), hn::Div(diameter, nearest), hn::Inf(d)), d,
+                      &chunk.size[i]);
+        } else if (view.has_colour)
             hn::StoreU(hn::Compress(DecodeColour(hn::Load(du, &chunk.colour[i])), hn::RebindMask(du, drawn)),
                        du, batch.colour + to);
         else

@@ -52,7 +52,7 @@ struct Chunk {
     alignas(64) std::array<float, kLanes> at[3], offset[3], normal[3], radius;
     alignas(64) std::array<int32_t, kLanes> cone;
     // Where the view is profiled: the smallest threshold at which the node is drawn, and its diameter,
-    // pixels.
+    // pixels.  Where waiting nodes are listed: the error of what is drawn, and its diameter.
     alignas(64) std::array<float, kLanes> needed, size;
 };
 

@@ -20,7 +20,7 @@ void Cut::State::profile_nodes(std::span<const Opening> nodes, const int* steps,
                                const CutView& v, Walker& walker, CutProfile& profile, ProfiledLevel& next) {
     const uint64_t number = nodes[0].block;
     // Not by whether the block was checked: walks of this kind check some blocks, too.
-    const bool is_cold = touched[number].load(std::memory_order_relaxed) == 0;
+    const bool is_cold = touched(number).load(std::memory_order_relaxed) == 0;
     BlockView& block = walker.open_block(model, number);
     check_groups(nodes, block);
     Chunk& chunk = walker.chunk;

@@ -5,6 +5,7 @@ namespace splat {
 namespace {
 
 uint32_t colour_of(const Chunk& chunk, size_t lane, const CutView& view) {
+    if (view.last_number) return 0;
     if (!view.has_colour) return view.colour;
     const glm::u8vec3 rgb = decode_colour(uint16_t(chunk.colour[lane]));
     return uint32_t(rgb.r) | uint32_t(rgb.g) << 8 | uint32_t(rgb.b) << 16;

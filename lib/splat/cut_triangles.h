@@ -22,7 +22,8 @@ class CutTriangles {
 
     const BlockTriangles& open(const Model& model, const BlockView& block) {
         BlockTriangles& found = opened_[block.number() % kOpened];
-        if (!found.is_open() || found.number() != block.number()) found.open(model, block);
+        if (!found.is_open() || found.number() != block.number() || found.is_out_of_date(model))
+            found.open(model, block);
         return found;
     }
 

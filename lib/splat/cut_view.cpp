@@ -73,6 +73,7 @@ CutView make_cut_view(const Model& model, const geom::View& view, const CutOptio
     const bool is_cut_open = view.near && *view.near / h.scale > -glm::dot(eye, view.forward) - 1.0;
     v.plan = make_plan(h, options, is_cut_open);
     v.cull_backfaces = v.plan.backfaces == BackfaceTest::made;
+    v.last_number = options.last_number;
     v.two_sided = h.flags & kCloud;
     v.has_colour = v.plan.colour == ColourFrom::channel;
     v.colour = v.plan.colour == ColourFrom::header

@@ -59,21 +59,81 @@ Opening Cut::State::root_opening(const CutView& v) const {
             0};
 }
 
-void Cut::State::mark_missing(std::span<const Opening> nodes, Walker& walker, BlockView& block,
-                              Chunk& chunk) const {
-    const BlockTriangles* triangles = view.has_triangles ? &walker.triangles.open(model, block) : nullptr;
-    for (size_t g = 0; g < nodes.size(); ++g) {
-        uint32_t bits = 0;
-        for (uint32_t k = 0; k < nodes[g].children; ++k) {
-            const uint32_t slot = nodes[g].slot + k;
-            const bool is_missing =
-                block.children_of(slot) != 0
-                    ? !model.has_block(block.group_of(slot).block)
-                    : triangles && triangles->find(slot).run == BlockTriangles::Place::kNone;
-            bits |= uint32_t(is_missing) << k;
+// What should be opened and is not there is drawn.  That is found by cutting the groups as if all were there,
+// which costs nearly nothing where all is, and once more where something is not.
+void Cut::State::cut(std::span<const Opening> nodes, Walker& walker, BlockView& block,
+                     geom::SplatBatch& batch, CutCounts& c) {
+    Chunk& chunk = walker.chunk;
+    const int first = batch.count;
+    if (model.is_complete()) {
+        cut_groups(nodes, block, view, chunk, batch, c);
+        find_groups(walker, block);
+    } else {
+        const CutCounts before = c;
+        chunk.missing.fill(0);
+        cut_groups(nodes, block, view, chunk, batch, c);
+        find_groups(walker, block);
+        if (mark_missing(nodes, walker, block)) {
+            batch.count = first;
+            c = before;
+            cut_groups(nodes, block, view, chunk, batch, c);
+            find_groups(walker, block);
         }
-        chunk.missing[g] = uint8_t(bits);
     }
+    if (view.last_number) number_waiting(nodes[0].level + 1u, walker, block, first, batch);
+}
+
+void Cut::State::find_groups(Walker& walker, BlockView& block) const {
+    const Chunk& chunk = walker.chunk;
+    for (uint32_t i = 0; i < chunk.open_count; ++i)
+        walker.groups[i] = group_of(block, chunk.slot[chunk.open[i]]);
+}
+
+// Of the chunk's nodes that are to be opened, and of its triangles.  False where none is missing.
+bool Cut::State::mark_missing(std::span<const Opening> nodes, Walker& walker, const BlockView& block) const {
+    Chunk& chunk = walker.chunk;
+    bool is_any = false;
+    const auto mark = [&, g = size_t(0), begin = uint32_t(0)](uint32_t lane) mutable {
+        while (lane >= begin + nodes[g].children) begin += nodes[g++].children;
+        chunk.missing[g] |= uint8_t(1u << (lane - begin));
+        is_any = true;
+    };
+    for (auto [i, m] = std::pair(0u, mark); i < chunk.open_count; ++i)
+        if (!model.has_block(walker.groups[i].block)) m(chunk.open[i]);
+    if (chunk.triangle_count == 0) return is_any;
+    const BlockTriangles& triangles = walker.triangles.open(model, block);
+    if (!triangles.lacks()) return is_any;
+    for (auto [i, m] = std::pair(0u, mark); i < chunk.triangle_count; ++i)
+        if (triangles.find(chunk.slot[chunk.triangles[i]]).run == BlockTriangles::Place::kNone)
+            m(chunk.triangles[i]);
+    return is_any;
+}
+
+// Splats from `first` on are the chunk's, and their colours its lanes.
+void Cut::State::number_waiting(uint32_t level, Walker& walker, BlockView& block, int first,
+                                geom::SplatBatch& batch) {
+    const Chunk& chunk = walker.chunk;
+    std::vector<WaitingNode> found;
+    for (int i = first; i < batch.count; ++i) {
+        const uint32_t lane = batch.colour[i];
+        batch.colour[i] = 0;
+        if (!(chunk.shape[lane] & Chunk::kChildrenMissing)) continue;
+        const uint32_t slot = chunk.slot[lane];
+        const bool is_leaf = block.children_of(slot) == 0;
+        const uint64_t missing =
+            is_leaf ? *walker.triangles.open(model, block).lacks() : group_of(block, slot).block;
+        batch.colour[i] = view.last_number->fetch_add(1, std::memory_order_relaxed) + 1;
+        found.push_back({missing,
+                         batch.colour[i],
+                         level,
+                         {batch.x[i], batch.y[i], batch.z[i]},
+                         batch.radius[i] / view.unit,
+                         chunk.needed[lane],
+                         chunk.size[lane]});
+    }
+    if (found.empty()) return;
+    const std::scoped_lock lock(mutex);
+    waiting.insert(waiting.end(), found.begin(), found.end());
 }
 
 // Appends the chunk's triangles to the walker's batch, which has room for them.

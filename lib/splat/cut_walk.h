@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/address_space.h"
 #include "splat/cut.h"
 #include "splat/cut_groups.h"
 #include "splat/cut_outline.h"
@@ -28,6 +29,7 @@ struct Walker {
     CutTriangles triangles;
     std::vector<Opening> level, next;
     Chunk chunk;
+    std::array<GroupAt, Chunk::kNodes> groups;  // children of what is to be opened
     geom::SplatBatch batch;
     std::vector<geom::OcclusionMap::Surface> surfaces;
 
@@ -53,8 +55,7 @@ void empty(Batch& batch, const Taker& sink) {
 struct Cut::State {
     using Sight = geom::OcclusionMap::Sight;
 
-    explicit State(const Model& m)
-        : model(m), touched(std::make_unique<std::atomic<uint8_t>[]>(m.blocks_present())) {}
+    explicit State(const Model& m) : model(m), touched_in(m.blocks_present(), m.name()) {}
 
     const Model& model;
     // What the blocks that are there can hold, whatever the header says: more visits mean shared groups.
@@ -69,9 +70,10 @@ struct Cut::State {
     std::mutex mutex;
     CutCounts counts;
     tbb::enumerable_thread_specific<Walker> walkers;
-    std::unique_ptr<std::atomic<uint8_t>[]> touched;  // by block: the frame it was last used in
+    core::AddressSpace touched_in;  // by block: the frame it was last used in
     uint8_t frame = 0;
     std::vector<TaskOutlines> outlines;  // by task
+    std::vector<WaitingNode> waiting;
 
     // Of all walks of the frame since Cut::begin().
     void add(const CutCounts& c) {
@@ -84,8 +86,11 @@ struct Cut::State {
     // Whether this is the block's first use in the frame.  It is nearly always touched already, which a load
     // tells for a tenth of an exchange.
     bool touch(uint64_t number) {
-        return touched[number].load(std::memory_order_relaxed) != frame &&
-               touched[number].exchange(frame, std::memory_order_relaxed) != frame;
+        return touched(number).load(std::memory_order_relaxed) != frame &&
+               touched(number).exchange(frame, std::memory_order_relaxed) != frame;
+    }
+    std::atomic_ref<uint8_t> touched(uint64_t number) const {
+        return std::atomic_ref(reinterpret_cast<uint8_t*>(touched_in.bytes().data())[number]);
     }
 
     // Opens nodes whose groups lie in one block: the groups are cut, drawn nodes go to the batch, the others
@@ -98,10 +103,9 @@ struct Cut::State {
         c.blocks_touched += touch(number);
         check_groups(nodes, block);
         count_side_tests(nodes, c);
-        Chunk& chunk = walker.chunk;
-        if (!model.is_complete()) mark_missing(nodes, walker, block, chunk);
-        cut_groups(nodes, block, view, chunk, batch, c);
+        cut(nodes, walker, block, batch, c);
         if (c.nodes_visited > most_nodes) model.fault(number, "is reached more than once");
+        const Chunk& chunk = walker.chunk;
         if (chunk.triangle_count > 0) add_triangles(walker, block, c);
         GroupAt asked{~uint64_t{0}, 0};
         for (uint32_t i = 0; i < chunk.open_count; ++i) {
@@ -114,7 +118,7 @@ struct Cut::State {
                 c.occlusion_culled += !map->is_repeated();
                 continue;
             }
-            const GroupAt group = group_of(block, chunk.slot[k]);
+            const GroupAt group = walker.groups[i];
             // Groups follow each other: most lie in lines that were asked for already.
             if (group.block != asked.block || group.slot / kLineNodes != asked.slot / kLineNodes)
                 model.prefetch(asked = group);
@@ -133,7 +137,11 @@ struct Cut::State {
                               bool may_hide);
     Opening root_opening(const CutView& v) const;
     static void count_side_tests(std::span<const Opening> nodes, CutCounts& c);
-    void mark_missing(std::span<const Opening> nodes, Walker& walker, BlockView& block, Chunk& chunk) const;
+    void cut(std::span<const Opening> nodes, Walker& walker, BlockView& block, geom::SplatBatch& batch,
+             CutCounts& c);
+    void find_groups(Walker& walker, BlockView& block) const;
+    bool mark_missing(std::span<const Opening> nodes, Walker& walker, const BlockView& block) const;
+    void number_waiting(uint32_t level, Walker& walker, BlockView& block, int first, geom::SplatBatch& batch);
     void add_triangles(Walker& walker, const BlockView& block, CutCounts& c);
 
     // ---- levels, cut_walk.cpp

@@ -11,48 +11,85 @@ Model::Model(const std::string& path) : Model(core::InputFile(path)) {}
 
 namespace {
 
-uint64_t whole_plain_blocks(const core::InputFile& file, const Header& header) {
-    const uint64_t whole = (file.bytes().size() - kHeaderSize) / header.block_size;
-    if (whole > header.block_count || file.bytes().size() > kHeaderSize + header.block_count * header.block_size)
-        throw core::Error(core::text("%s: %zu bytes, its header says %llu", file.name().c_str(), file.bytes().size(),
-                                     static_cast<unsigned long long>(kHeaderSize + header.block_count * header.block_size)));
+unsigned long long number(uint64_t value) {
+    return value;
+}
+
+uint64_t whole_plain_blocks(uint64_t file_bytes, const Header& header, const std::string& name) {
+    const uint64_t whole = (file_bytes - kHeaderSize) / header.block_size;
+    const uint64_t most = kHeaderSize + header.block_count * header.block_size;
+    if (whole > header.block_count || file_bytes > most)
+        throw core::Error(core::text("%s: %llu bytes, its header says %llu", name.c_str(), number(file_bytes), number(most)));
     return whole;
+}
+
+Header arriving_header(const BlockSource& source) {
+    const std::string name = source.name();
+    const uint64_t size = std::min<uint64_t>(kHeaderSize, source.file_bytes());
+    if (!source.has(0, size)) throw core::Error(name + ": its header is not there");
+    const std::span bytes(source.data(), size);
+    if (is_coded(bytes))
+        throw core::Error(name + ": is compressed, and its blocks cannot be fetched one by one; 'qs-fetch get' brings it whole, "
+                                 "and a model built without --compress can be drawn while it arrives");
+    return parse_header(bytes, name);
 }
 
 }  // namespace
 
 Model::Model(core::InputFile file)
-    : file_(std::move(file)), header_(parse_header(file_.bytes(), file_.name())), layout_(header_) {
-    if (is_coded(file_.bytes())) {
-        coded_ = std::make_unique<CodedFile>(file_.bytes(), file_.name());
+    : file_(std::move(file)), name_(file_->name()), header_(parse_header(file_->bytes(), name_)), layout_(header_) {
+    if (is_coded(file_->bytes())) {
+        coded_ = std::make_unique<CodedFile>(file_->bytes(), file_->name());
         blocks_present_ = coded_->count_present();
-        own_ = core::AddressSpace(blocks_present_ * header_.block_size, file_.name());
+        own_ = core::AddressSpace(blocks_present_ * header_.block_size, file_->name());
         blocks_ = own_.bytes().data();
     } else {
-        blocks_present_ = whole_plain_blocks(file_, header_);
-        blocks_ = file_.bytes().data() + kHeaderSize;
+        blocks_present_ = whole_plain_blocks(file_->bytes().size(), header_, name_);
+        blocks_ = file_->bytes().data() + kHeaderSize;
     }
+    make_room_for_blocks();
+}
+
+Model::Model(std::unique_ptr<const BlockSource> source)
+    : source_(std::move(source)), name_(source_->name()), header_(arriving_header(*source_)), layout_(header_) {
+    blocks_present_ = whole_plain_blocks(source_->file_bytes(), header_, name_);
+    blocks_ = source_->data() + kHeaderSize;
+    make_room_for_blocks();
+    looked_for_ = core::AddressSpace(blocks_present_ * sizeof(uint32_t), name_);
+}
+
+void Model::make_room_for_blocks() {
     if (blocks_present_ == 0)
-        throw core::Error(core::text("%s: cut off at byte %zu, before the end of the first block", file_.name().c_str(),
-                                     file_.bytes().size()));
-    checked_ = std::make_unique<std::atomic<uint8_t>[]>(blocks_present_);
+        throw core::Error(core::text("%s: cut off at byte %zu, before the end of the first block", name_.c_str(), size_bytes()));
+    checked_ = core::AddressSpace(blocks_present_, name_);
+}
+
+// Whoever looks first decides for all, so that a frame has one answer.
+bool Model::look_for(uint64_t number) const {
+    const uint32_t there = stock_ << 1 | uint32_t(source_->has(block_offset(number), header_.block_size));
+    const auto known = stock_of(number);
+    uint32_t before = known.load(std::memory_order_acquire);
+    while (before >> 1 != stock_)
+        if (known.compare_exchange_weak(before, there, std::memory_order_acq_rel)) before = there;
+    return before & 1;
 }
 
 std::array<std::byte, kHeaderSize> Model::header_bytes() const {
     std::array<std::byte, kHeaderSize> bytes;
-    const auto from = coded_ ? coded_->plain_header() : file_.bytes().first(kHeaderSize);
-    std::copy(from.begin(), from.end(), bytes.begin());
+    const std::byte* const from =
+        coded_ ? coded_->plain_header().data() : source_ ? source_->data() : file_->bytes().data();
+    std::copy_n(from, kHeaderSize, bytes.begin());
     return bytes;
 }
 
 uint64_t Model::prefix_bytes(uint64_t block) const {
-    if (!coded_) return kHeaderSize + (block + 1) * header_.block_size;
+    if (!coded_) return block_offset(block + 1);
     const CodedPlace place = coded_->place_of(block);
     return place.offset + place.size;
 }
 
 uint64_t Model::offset_of(uint64_t number) const {
-    if (!coded_) return kHeaderSize + number * header_.block_size;
+    if (!coded_) return block_offset(number);
     return number < blocks_present_ ? coded_->place_of(number).offset : size_bytes();
 }
 
@@ -78,8 +115,8 @@ std::span<const std::byte> Model::block(uint64_t number) const {
 }
 
 std::span<const std::byte> Model::any_block(uint64_t number) const {
-    if (number >= blocks_present_) fault(number, "is not there");
-    if (checked_[number].load(std::memory_order_acquire) == 0) take_block(number);
+    if (!is_there(number)) fault(number, "is not there");
+    if (checked(number).load(std::memory_order_acquire) == 0) take_block(number);
     return {blocks_ + number * header_.block_size, header_.block_size};
 }
 
@@ -101,7 +138,7 @@ void Model::prefetch(const GroupAt& group) const {
 void Model::take_block(uint64_t number) const {
     if (!coded_) return check_block(number);
     const std::lock_guard lock(taking_[number % taking_.size()]);
-    if (checked_[number].load(std::memory_order_acquire) != 0) return;
+    if (checked(number).load(std::memory_order_acquire) != 0) return;
     coded_->read(number, own_block(number));
     check_block(number);
 }
@@ -113,7 +150,7 @@ void Model::check_block(uint64_t number) const {
     const uint32_t found = block_checksum(bytes, number);
     if (found != stored) fault(number, core::text("checksum %08x, stored is %08x", found, stored));
     if (number < header_.node_blocks()) check_nodes(number, bytes);
-    if (checked_[number].exchange(1, std::memory_order_acq_rel) == 0) blocks_used_.fetch_add(1, std::memory_order_relaxed);
+    if (checked(number).exchange(1, std::memory_order_acq_rel) == 0) blocks_used_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void Model::check_nodes(uint64_t number, std::span<const std::byte> bytes) const {

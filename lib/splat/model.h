@@ -1,4 +1,4 @@
-// A splat model that is being read: a mapped file, or a prefix of one.
+// A splat model that is being read: a mapped file, or a prefix of one, or one of which more and more arrives.
 //
 // Blocks are checked when they are first used (checksum, counts, pointers), once, by whichever
 // thread comes first; after that nodes are decoded straight from the mapped bytes.  Those of a compressed file are
@@ -10,12 +10,14 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/address_space.h"
 #include "core/file.h"
+#include "splat/block_source.h"
 #include "splat/coded_file.h"
 #include "splat/format.h"
 #include "splat/node.h"
@@ -36,15 +38,19 @@ class Model {
     // for it.
     explicit Model(const std::string& path);
     Model(core::InputFile file);
+    // One that is arriving: its header must be there.  Throws core::Error as above, and where it is compressed.
+    explicit Model(std::unique_ptr<const BlockSource> source);
 
     const Header& header() const { return header_; }
     std::array<std::byte, kHeaderSize> header_bytes() const;  // as they stand in the plain file
     const BlockLayout& layout() const { return layout_; }
-    const std::string& name() const { return file_.name(); }
+    const std::string& name() const { return name_; }
+    // From the first one on; of a model that is arriving all may be.
     uint64_t blocks_present() const { return blocks_present_; }
     uint64_t node_blocks_present() const { return std::min(blocks_present_, header_.node_blocks()); }
-    bool is_complete() const { return blocks_present_ == header_.block_count; }
-    size_t size_bytes() const { return file_.bytes().size(); }
+    bool is_arriving() const { return source_ != nullptr; }
+    bool is_complete() const { return !source_ && blocks_present_ == header_.block_count; }
+    size_t size_bytes() const { return source_ ? size_t(source_->file_bytes()) : file_->bytes().size(); }
     const CodedFile* coded() const { return coded_.get(); }  // null where the file is plain
 
     // Bytes from the beginning of the file to the end of a block that is present.
@@ -52,7 +58,22 @@ class Model {
 
     Node root() const;
 
-    bool has_block(uint64_t block) const { return block < node_blocks_present(); }
+    // Whether a block of nodes, or of either kind, is there.  Of a model that is arriving the answer stays the
+    // same until take_stock().  From any thread.
+    bool has_block(uint64_t block) const { return block < node_blocks_present() && is_there(block); }
+    bool is_there(uint64_t block) const {
+        if (!source_) return block < blocks_present_;
+        if (block >= blocks_present_) return false;
+        const uint32_t known = stock_of(block).load(std::memory_order_acquire);
+        return known >> 1 == stock_ ? known & 1 : look_for(block);
+    }
+
+    // From here on what has arrived by the time it is asked for is there.  Between the walks of frames, not
+    // during one.
+    void take_stock() const { ++stock_; }
+    uint32_t stock() const { return stock_; }  // how often it was taken, from 1
+    // Where a block is in the file; of one that is not compressed.
+    uint64_t block_offset(uint64_t number) const { return kHeaderSize + number * header_.block_size; }
 
     // The bytes of a block of nodes that is present, checked.  Throws core::Error
     // "<name>: block 7 at byte 7424: ...".
@@ -78,11 +99,21 @@ class Model {
     void check_block(uint64_t number) const;
     void check_nodes(uint64_t number, std::span<const std::byte> bytes) const;
     void take_block(uint64_t number) const;
+    void make_room_for_blocks();
+    bool look_for(uint64_t number) const;
+    std::atomic_ref<uint8_t> checked(uint64_t number) const {
+        return std::atomic_ref(reinterpret_cast<uint8_t*>(checked_.bytes().data())[number]);
+    }
+    std::atomic_ref<uint32_t> stock_of(uint64_t number) const {
+        return std::atomic_ref(reinterpret_cast<uint32_t*>(looked_for_.bytes().data())[number]);
+    }
     std::span<std::byte> own_block(uint64_t number) const {
         return own_.bytes().subspan(number * header_.block_size, header_.block_size);
     }
 
-    core::InputFile file_;
+    std::optional<core::InputFile> file_;      // empty where it is arriving
+    std::unique_ptr<const BlockSource> source_;  // null: all that will ever be there is
+    std::string name_;
     Header header_;
     BlockLayout layout_;
     std::unique_ptr<CodedFile> coded_;
@@ -90,7 +121,9 @@ class Model {
     const std::byte* blocks_ = nullptr;   // plain blocks
     mutable std::array<std::mutex, 16> taking_;  // by block number: two threads do not fill one block
     uint64_t blocks_present_ = 0;
-    std::unique_ptr<std::atomic<uint8_t>[]> checked_;
+    core::AddressSpace checked_;     // by block: 1 where it was
+    core::AddressSpace looked_for_;  // by block: 2 * the stock of the last look + 1 where it was there; 32 bits
+    mutable uint32_t stock_ = 1;
     mutable std::atomic<uint64_t> blocks_used_{0};
 };
 

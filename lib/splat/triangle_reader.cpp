@@ -17,6 +17,8 @@ void BlockTriangles::open(const Model& model, const BlockView& nodes) {
         leaf_count_ += nodes.children_of(slot) == 0;
     }
     run_count_ = 0;
+    lacks_.reset();
+    stock_ = model.stock();
     const Header& h = model.header();
     uint64_t at = nodes.triangles_at();
     for (uint32_t leaf = 0; leaf < leaf_count_;) {
@@ -47,7 +49,10 @@ bool BlockTriangles::gather(const Model& model, uint64_t at, size_t count) {
     bytes_.resize(count + kRunReadAhead);
     for (size_t done = 0; done < count;) {
         const uint64_t block = h.node_blocks() + (at + done) / payload, from = (at + done) % payload;
-        if (block >= model.blocks_present()) return false;
+        if (!model.is_there(block)) {
+            lacks_ = block;
+            return false;
+        }
         const size_t part = std::min<size_t>(count - done, payload - from);
         std::memcpy(bytes_.data() + done, model.triangle_block(block).data() + kTriangleBlockHeader + from,
                     part);

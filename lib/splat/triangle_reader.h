@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,6 +33,11 @@ class BlockTriangles {
     bool is_open() const { return is_open_; }
     uint64_t number() const { return number_; }  // of the block of nodes
 
+    // Whether runs were not there when it was opened that may be by now.
+    bool is_out_of_date(const Model& model) const { return lacks_ && stock_ != model.stock(); }
+    // Where the next run would be: a block of triangles that is not there; nothing where all runs are.
+    std::optional<uint64_t> lacks() const { return lacks_; }
+
     uint32_t leaf_count() const { return leaf_count_; }
     std::span<const PlacedRun> runs() const { return std::span(runs_).first(run_count_); }
 
@@ -48,7 +54,8 @@ class BlockTriangles {
 
     bool is_open_ = false;
     uint64_t number_ = 0;
-    uint32_t leaf_count_ = 0;
+    uint32_t leaf_count_ = 0, stock_ = 0;
+    std::optional<uint64_t> lacks_;
     std::vector<uint16_t> leaf_of_;  // by slot: leaves before it
     std::vector<PlacedRun> runs_;    // the first run_count_; others keep their memory
     size_t run_count_ = 0;
