@@ -1,6 +1,8 @@
 // qs-render: draw the frames of a camera path.  The work is that of scene::ModelPainter and scene::Reference.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,9 +31,13 @@ using Path = std::vector<geom::PathFrame>;
 
 // Lines that are wrong are among them with --keep-going only.
 Path cameras_of(const Arguments& a, const Models& models) {
-    if (a.path.empty())
-        return {{a.camera.camera(scene::bounds_of(models.placed()), scene::outline_of(models.placed()),
-                                 a.resolution[0] / a.resolution[1])}};
+    if (a.path.empty()) {
+        const geom::Camera camera =
+            a.camera.camera(scene::bounds_of(models.placed()), scene::outline_of(models.placed()),
+                            a.resolution[0] / a.resolution[1]);
+        const size_t count = std::max<size_t>(1, qs_render::snapshot_times_s(a.streaming.snapshot).size());
+        return Path(count, {camera, ""});
+    }
     const core::InputFile file(a.path);
     Path path = geom::parse_frames({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()},
                                    file.name());
@@ -70,14 +76,30 @@ std::vector<std::string> inputs_of(const Arguments& a, const std::vector<Source>
     return inputs;
 }
 
+void tell_news(const Models& models) {
+    for (const std::string& line : models.remote()->news()) core::warn(line);
+}
+
+using Clock = std::chrono::steady_clock;
+
 void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const Models& models,
-                 const std::vector<std::string>& inputs, const Path& path, const std::vector<int>& frames) {
+                 const std::vector<std::string>& inputs, const Path& path, const std::vector<int>& frames,
+                 Clock::time_point start) {
     qs_render::Film film(a, draw, models, inputs, frames_per_s(a, path, qs_render::frame_range(a).step),
                          open_backend(a));
+    std::optional<scene::Stream> stream;
+    if (models.remote()) {
+        scene::StreamOptions options = qs_render::stream_options(a.streaming);
+        options.start = start;
+        film.follow(stream.emplace(models.placed(), *models.remote(), options));
+    }
+    const qs_render::Schedule schedule(a.streaming, stream ? stream->elapsed_s() : 0);
     core::Progress progress("frame", frames.size());
     uint64_t done = 0;
     for (const int number : frames) {
+        if (const std::optional<double> due_s = schedule.due_s(done)) stream->wait_until(*due_s);
         film.take(number, path[size_t(number)]);
+        if (stream) tell_news(models);
         progress.update(++done);
     }
     film.finish();
@@ -113,20 +135,21 @@ void run(const Arguments& a) {
     qs_render::check(a, sources);
     if (qs_render::are_progressive(sources)) return qs_render::draw_progressive(a, sources[0].file);
     const scene::DrawOptions draw = qs_render::draw_options(a);
-    const Models models(sources);
+    const Clock::time_point start = Clock::now();
+    const Models models(sources, a.streaming.cache, a.path.empty());
     const Path path = cameras_of(a, models);
     const std::vector<std::string> inputs = inputs_of(a, sources);
     const std::vector<int> frames = qs_render::frame_numbers(qs_render::frame_range(a), path.size());
     scene::check({a.output, a.depth, qs_render::format_of(a), a.report}, inputs, {frames, a.is_stereo});
     for (const splat::Model& model : models.all())
-        if (!model.is_complete())
+        if (!model.is_complete() && !model.is_arriving())
             core::warn(text("%s: holds %llu of %llu blocks; what is drawn is as fine as they are",
                             model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),
                             static_cast<unsigned long long>(model.header().block_count)));
     if (a.explain)
         explain(a, draw, models, shot_to_explain(path, frames), open_backend(a));
     else
-        draw_frames(a, draw, models, inputs, path, frames);
+        draw_frames(a, draw, models, inputs, path, frames, start);
 }
 
 }  // namespace

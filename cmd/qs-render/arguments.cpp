@@ -97,7 +97,7 @@ void check_explanation(const Arguments& a) {
 void add_options(core::Program& program, Arguments& a) {
     CLI::App& app = program.options;
     CLI::Option* const source = app.add_option("SOURCE", a.sources,
-                                               "Splat models, whole or prefixes; - is standard input; "
+                                               "Splat models, whole or prefixes, or URLs; - is standard input; "
                                                "FILE@X,Y,Z moves one; or a .pm, or pm://HOST:PORT/NAME")
                                     ->required();
     app.add_option("-o,--output", a.output, "Pictures: frame-%04d.png, one file, or - for a stream")
@@ -131,9 +131,9 @@ void add_options(core::Program& program, Arguments& a) {
     program.add_number("--threshold-diameter", a.threshold_diameter_px, 0, 1e6, "pixels",
                        "Largest diameter of what is drawn, instead of --threshold");
     program.add_number("--triangle-size", a.triangle_px, 0, 1e6, "pixels",
-                       "Least size of a leaf drawn as a triangle, in models that have them");
+                       "Least size of a leaf drawn as a triangle, where models have them");
     program.add_duration("--budget", a.budget_ms, 0.001, 3.6e6,
-                         "Time for a frame, 33ms: the threshold rises from --threshold to keep it");
+                         "Time for a frame, 33ms: --threshold rises to keep it");
     app.add_flag("--refine", a.refine, "Draw each camera several times, finer and finer, for --report");
     app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")->type_name("KIND");
     app.add_option("--shade", a.shade, "lit, normal, level or flat")->type_name("MODE");
@@ -154,8 +154,8 @@ void add_options(core::Program& program, Arguments& a) {
         },
         "Say which back ends there are, and exit");
     app.add_flag("--explain", a.explain,
-                 "Say what the first frame needs, what is left out, and why; draw no picture");
-    app.add_flag("--json", a.json, "With --explain: as JSON, keys as in qs-render(1)");
+                 "Say what the first frame needs and leaves out, and why; draw nothing");
+    app.add_flag("--json", a.json, "With --explain, --plan: as JSON, keys as in qs-render(1)");
     app.add_flag("--keep-going", a.keep_going,
                  "Skip frames that cannot be drawn, and exit with 1 at the end");
     app.add_option("--reference", a.reference, "Measure each frame against this mesh, for --report")
@@ -173,6 +173,7 @@ void add_options(core::Program& program, Arguments& a) {
     app.add_option("--ppve", a.ppve, "How points are asked for and drawn: realtime,size=1280x800,...")
         ->check(kNotEmpty)
         ->type_name("SETTINGS");
+    a.streaming.add_to(program);
 }
 
 scene::DrawOptions draw_options(const Arguments& a) {
@@ -281,12 +282,13 @@ void check_look(const Arguments& a) {
 
 void check(const Arguments& a, const std::vector<Source>& sources) {
     check_sizes(a);
-    if (a.explain) {
+    check(a.streaming, sources, !a.path.empty());
+    if (a.explain || a.streaming.plan) {
         check_explanation(a);
     } else if (a.output.empty() && a.depth.empty() && a.report.empty()) {
         throw UsageError("nothing to write; give -o, --depth or --report");
     }
-    if (a.json && !a.explain) throw UsageError("--json: needs --explain");
+    if (a.json && !a.explain && !a.streaming.plan) throw UsageError("--json: needs --explain or --plan");
     const auto is_stdin = [](const Source& source) { return source.file == "-"; };
     if (std::any_of(sources.begin(), sources.end(), is_stdin) && a.path == "-")
         throw UsageError("SOURCE and --path are both standard input");

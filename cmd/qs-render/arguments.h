@@ -9,6 +9,7 @@
 #include "qs-render/camera_options.h"
 #include "qs-render/parts.h"
 #include "qs-render/sources.h"
+#include "qs-render/streaming.h"
 #include "render/image.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
@@ -31,6 +32,7 @@ struct Arguments {
     CLI::Option* eye_angle = nullptr;
     std::string splat = "smooth", shade = "lit", background = "0,0,0", occlusion = "auto";
     std::string backend = "auto";
+    StreamingOptions streaming;
     bool lists_backends = false;  // and does nothing else
     std::string ppve_command, ppve;  // a server of points, and how it is asked
 

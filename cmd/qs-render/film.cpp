@@ -79,6 +79,7 @@ void Film::take(int number, const geom::PathFrame& shot) {
 std::span<Film::Picture> Film::draw_eyes(int number, const geom::PathFrame& shot) {
     if (!shot.fault.empty()) throw Undrawable(shot.fault);
     const auto views = or_undrawable([&] { return scene::views_of(shot.camera, screen_); });
+    if (stream_) begin_streaming(number, views);
     for (size_t i = 0; i < views.size(); ++i) {
         scene::FrameReport line;
         line.frame = number;
@@ -88,7 +89,26 @@ std::span<Film::Picture> Film::draw_eyes(int number, const geom::PathFrame& shot
         line.cut = options_.cut;
         draw_again_and_again(views[i].view, std::move(line), pictures_[i]);
     }
-    return std::span(pictures_).first(views.size());
+    const auto pictures = std::span(pictures_).first(views.size());
+    if (stream_) end_streaming(pictures);
+    return pictures;
+}
+
+void Film::begin_streaming(int number, const std::vector<scene::EyeView>& views) {
+    std::vector<geom::View> shown;
+    for (const scene::EyeView& view : views) shown.push_back(view.view);
+    std::optional<double> time_s;
+    if (a_.streaming.is_realtime()) time_s = number / a_.streaming.realtime_fps;
+    stream_->show(std::move(shown), options_, time_s);
+    if (a_.streaming.settles()) stream_->settle(painter_);
+}
+
+void Film::end_streaming(std::span<Picture> pictures) {
+    scene::DrawReport drawn;
+    for (const Picture& picture : pictures) drawn.counts.add(picture.lines.back().draw.counts);
+    const scene::StreamReport report = stream_->look(painter_, drawn);
+    for (Picture& picture : pictures) picture.lines.back().stream = report;
+    unsettled_count_ += report.visible_blocks_missing > 0;
 }
 
 void Film::draw_again_and_again(const geom::View& view, scene::FrameReport line, Picture& picture) {
@@ -162,6 +182,11 @@ void Film::finish() {
         core::warn(text("threshold %g px not met in %zu of %zu frames: the model's leaves are coarser",
                         options_.cut.threshold_px, coarse_count_, drawn_count_));
     if (a_.has_budget()) say_how_budget_was_held();
+    const bool may_lack =
+        a_.streaming.is_realtime() || !a_.streaming.snapshot.empty() || a_.streaming.has_budget();
+    if (unsettled_count_ > 0 && !may_lack)
+        core::warn(text("%llu of %zu frames lack blocks that had not arrived; --settle waits for them",
+                        static_cast<unsigned long long>(unsettled_count_), drawn_count_));
 }
 
 void Film::say_how_budget_was_held() const {

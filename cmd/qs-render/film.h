@@ -20,6 +20,7 @@
 #include "scene/frame_report.h"
 #include "scene/reference.h"
 #include "scene/shots.h"
+#include "scene/stream.h"
 
 namespace qs_render {
 
@@ -36,6 +37,9 @@ class Film {
     // One camera: for each eye once, or with --refine again and again; the last picture is written.
     void take(int number, const geom::PathFrame& shot);
 
+    // Where models are arriving: `stream` asks for what pictures lack, and is told of each.
+    void follow(scene::Stream& stream) { stream_ = &stream; }
+
     void finish();
 
   private:
@@ -46,6 +50,8 @@ class Film {
     };
 
     std::span<Picture> draw_eyes(int number, const geom::PathFrame& shot);
+    void begin_streaming(int number, const std::vector<scene::EyeView>& views);
+    void end_streaming(std::span<Picture> pictures);
     void draw_again_and_again(const geom::View& view, scene::FrameReport line, Picture& picture);
     void draw(const geom::View& view, bool is_first, scene::FrameReport& line, render::Frame& frame);
     void measure(const geom::View& view, scene::FrameReport& line, const render::Frame& frame);
@@ -56,6 +62,8 @@ class Film {
     const Arguments& a_;
     const scene::DrawOptions& options_;
     const scene::Screen screen_;
+    scene::Stream* stream_ = nullptr;
+    uint64_t unsettled_count_ = 0;
     const bool are_complete_;
     core::Report report_;
     PictureFiles files_;

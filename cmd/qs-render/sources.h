@@ -2,18 +2,20 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "geom/similarity.h"
 #include "scene/draw.h"
+#include "scene/remote_models.h"
 #include "splat/model.h"
 
 namespace qs_render {
 
-// One SOURCE: a file, or FILE@TRANSFORM.  TRANSFORM is numbers with commas between, as parse_similarity()
-// takes them, or a file of such numbers whose name ends in .xf.  What stands after the last @ and is neither
-// belongs to the file's name.
+// One SOURCE: a file or a URL, or FILE@TRANSFORM.  TRANSFORM is numbers with commas between, as
+// parse_similarity() takes them, or a file of such numbers whose name ends in .xf.  What stands after the
+// last @ and is neither belongs to the file's name.
 struct Source {
     std::string file;
     std::string transform_file;  // empty: none
@@ -28,7 +30,12 @@ std::vector<Source> parse_sources(const std::vector<std::string>& words);
 // The models of the sources; a file that stands there twice is opened once.
 class Models {
   public:
-    explicit Models(const std::vector<Source>& sources);
+    // `cache`: the folder of qs-fetch's cache for those that are URLs; empty: its default.  Of these it waits
+    // for a first picture, and where `needs_outlines` for what scene::outline_of() reads.
+    Models(const std::vector<Source>& sources, const std::string& cache, bool needs_outlines);
+
+    // Who brings what is arriving; null where nothing is.
+    scene::RemoteModels* remote() const { return remote_.get(); }
 
     const std::deque<splat::Model>& all() const { return models_; }
     const std::vector<scene::PlacedModel>& placed() const { return placed_; }
@@ -36,6 +43,9 @@ class Models {
     bool are_complete() const;
 
   private:
+    const splat::Model& open(const std::string& file, const std::string& cache, bool needs_outline);
+
+    std::unique_ptr<scene::RemoteModels> remote_;
     std::deque<splat::Model> models_;
     std::vector<scene::PlacedModel> placed_;
 };

@@ -19,6 +19,8 @@ namespace {
 // occlusion).
 constexpr double kLeastHidden = 0.0015;
 
+constexpr uint32_t kOutlineLevel = 4;
+
 }  // namespace
 
 geom::Sphere bounds_of(std::span<const PlacedModel> models) {
@@ -27,12 +29,17 @@ geom::Sphere bounds_of(std::span<const PlacedModel> models) {
     return all;
 }
 
+uint64_t outline_nodes(const splat::Header& header) {
+    uint64_t nodes = 0, level = 1;
+    for (uint32_t k = 0; k < kOutlineLevel; ++k) nodes += level *= uint64_t{splat::kMaxFanOut};
+    return std::min(nodes, header.node_count);
+}
+
 std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models) {
-    constexpr uint32_t kLevel = 4;
     std::vector<geom::Sphere> spheres;
     for (const PlacedModel& placed : models) {
         const splat::Header& header = placed.model->header();
-        splat::walk_cut(*placed.model, kLevel, [&](const splat::Node& node) {
+        splat::walk_cut(*placed.model, kOutlineLevel, [&](const splat::Node& node) {
             const geom::Sphere sphere{header.origin + header.scale * node.centre,
                                       header.scale * double((1 + splat::kSlack) * node.radius)};
             spheres.push_back(geom::placed(sphere, placed.world_from_model));

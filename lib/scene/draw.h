@@ -63,6 +63,8 @@ geom::Sphere bounds_of(std::span<const PlacedModel> models);
 
 // Spheres that hold all surfaces, some thousand for a model: those of its fourth level, which stand in the first
 // ten kilobytes of the file.
+// No more than so many of the first nodes are read for it.
+uint64_t outline_nodes(const splat::Header& header);
 std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models);
 
 // Draws one or more models again and again; buffers are kept from frame to frame.  Grey models among coloured

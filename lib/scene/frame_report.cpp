@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/stream_report.h"
+
 namespace scene {
 
 namespace {
@@ -63,6 +65,7 @@ core::Json to_json(const FrameReport& report) {
     json["groups_missing"] = counts.groups_missing;
     json["model_blocks"] = report.draw.model_blocks;
     json["model_blocks_present"] = report.draw.model_blocks_present;
+    if (report.stream) json["stream"] = to_json(*report.stream);
     if (report.reference) add_reference(json, *report.reference);
     return json;
 }

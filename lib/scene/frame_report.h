@@ -11,6 +11,7 @@
 #include "scene/budget_painter.h"
 #include "scene/draw.h"
 #include "scene/reference.h"
+#include "scene/stream.h"
 
 namespace scene {
 
@@ -32,6 +33,7 @@ struct FrameReport {
     std::optional<ReferenceMeasures> reference{};
     std::optional<BudgetReport> budget{};
     std::optional<RefinementReport> refinement{};
+    std::optional<StreamReport> stream{};
 
     // What is held to a budget.
     double drawing_ms() const { return (budget ? budget->predict_ms : 0) + draw.traverse_ms + draw.draw_ms; }

@@ -1,0 +1,31 @@
+// Whoever brings the blocks of models that are arriving.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "scene/request_order.h"
+
+namespace scene {
+
+class BlockFetcher {
+  public:
+    virtual ~BlockFetcher() = default;
+
+    // Takes the place of all that was asked for before.  Models by their places among those that are drawn.
+    virtual void ask(std::span<const BlockRequest> requests) = 0;
+
+    // Waits until something has come; false where nothing has in this time.  Throws core::Error where what
+    // was asked for cannot be had, with the reason.
+    virtual bool wait(double timeout_s) = 0;
+    // A file was replaced by another version: what is there stays, and nothing more comes.
+    virtual bool has_ended() const = 0;
+
+    struct Counters {
+        uint64_t bytes = 0, requests = 0;  // of the network, since the models were opened, that included
+        double round_trip_s = 0;           // 0: not known
+    };
+    virtual Counters counters() = 0;
+};
+
+}  // namespace scene

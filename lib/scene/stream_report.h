@@ -1,0 +1,11 @@
+// The part of a frame's report that is about what arrives, as frame-report(5) has it.
+#pragma once
+
+#include "core/program.h"
+#include "scene/stream.h"
+
+namespace scene {
+
+core::Json to_json(const StreamReport& report);
+
+}  // namespace scene
