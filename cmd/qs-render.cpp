@@ -19,6 +19,7 @@
 #include "scene/draw.h"
 #include "scene/explain.h"
 #include "scene/outputs.h"
+#include "scene/plan.h"
 
 namespace {
 
@@ -106,13 +107,13 @@ void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const Model
 }
 
 // The first of them; with --keep-going, the first that can be drawn.
-const geom::PathFrame& shot_to_explain(const Path& path, const std::vector<int>& frames) {
+const geom::PathFrame& shot_to_explain(const Arguments& a, const Path& path, const std::vector<int>& frames) {
     for (const int number : frames) {
         const geom::PathFrame& shot = path[size_t(number)];
         if (shot.fault.empty()) return shot;
         core::fail(text("frame %d: ", number) + shot.fault);
     }
-    throw core::Error("--explain: none of the frames can be drawn");
+    throw core::Error(std::string(a.explain ? "--explain" : "--plan") + ": none of the frames can be drawn");
 }
 
 // Of one eye.
@@ -127,6 +128,18 @@ void explain(const Arguments& a, const scene::DrawOptions& draw, const Models& m
     core::print(a.json ? scene::to_json(explanation).dump() + "\n" : scene::to_text(explanation));
 }
 
+void plan(const Arguments& a, const scene::DrawOptions& draw, const Models& models,
+          const geom::PathFrame& shot) {
+    scene::ModelPainter painter(models.placed());
+    scene::LackFinder finder(models.placed());
+    const geom::View view = scene::views_of(shot.camera, qs_render::screen(a)).front().view;
+    render::Frame frame;
+    const scene::DrawReport drawn = painter.draw(view, draw, frame);
+    const scene::Plan plan =
+        scene::plan_of(models.placed(), drawn, finder.find(view, draw, std::nullopt), draw.cut);
+    core::print(a.json ? scene::to_json(plan).dump() + "\n" : scene::to_text(plan));
+}
+
 void run(const Arguments& a) {
     if (a.lists_backends) return core::print(scene::list_backends());
     if (qs_render::draws_points(a)) return qs_render::draw_points(a);
@@ -136,7 +149,7 @@ void run(const Arguments& a) {
     if (qs_render::are_progressive(sources)) return qs_render::draw_progressive(a, sources[0].file);
     const scene::DrawOptions draw = qs_render::draw_options(a);
     const Clock::time_point start = Clock::now();
-    const Models models(sources, a.streaming.cache, a.path.empty());
+    const Models models(sources, a.streaming.cache, {!a.streaming.draws_at_once(), a.path.empty()});
     const Path path = cameras_of(a, models);
     const std::vector<std::string> inputs = inputs_of(a, sources);
     const std::vector<int> frames = qs_render::frame_numbers(qs_render::frame_range(a), path.size());
@@ -146,8 +159,10 @@ void run(const Arguments& a) {
             core::warn(text("%s: holds %llu of %llu blocks; what is drawn is as fine as they are",
                             model.name().c_str(), static_cast<unsigned long long>(model.blocks_present()),
                             static_cast<unsigned long long>(model.header().block_count)));
-    if (a.explain)
-        explain(a, draw, models, shot_to_explain(path, frames), open_backend(a));
+    if (a.streaming.plan)
+        plan(a, draw, models, shot_to_explain(a, path, frames));
+    else if (a.explain)
+        explain(a, draw, models, shot_to_explain(a, path, frames), open_backend(a));
     else
         draw_frames(a, draw, models, inputs, path, frames, start);
 }

@@ -89,7 +89,7 @@ void check_explanation(const Arguments& a) {
         {"--report", !a.report.empty()}, {"--reference", !a.reference.empty()},
         {"--budget", a.has_budget()},    {"--refine", a.refine}};
     for (const auto& [option, is_given] : others)
-        if (is_given) throw UsageError(std::string(option) + ": not with --explain, which draws no picture");
+        if (is_given) throw UsageError(std::string(option) + (a.explain ? ": not with --explain, which draws no picture" : ": not with --plan, which draws no picture"));
 }
 
 }  // namespace
@@ -97,8 +97,8 @@ void check_explanation(const Arguments& a) {
 void add_options(core::Program& program, Arguments& a) {
     CLI::App& app = program.options;
     CLI::Option* const source = app.add_option("SOURCE", a.sources,
-                                               "Splat models, whole or prefixes, or URLs; - is standard input; "
-                                               "FILE@X,Y,Z moves one; or a .pm, or pm://HOST:PORT/NAME")
+                                               "Splat models: files, - for standard input, URLs; FILE@X,Y,Z moves "
+                                               "it; or a .pm, or pm://HOST:PORT/NAME")
                                     ->required();
     app.add_option("-o,--output", a.output, "Pictures: frame-%04d.png, one file, or - for a stream")
         ->check(kNotEmpty)
@@ -131,7 +131,7 @@ void add_options(core::Program& program, Arguments& a) {
     program.add_number("--threshold-diameter", a.threshold_diameter_px, 0, 1e6, "pixels",
                        "Largest diameter of what is drawn, instead of --threshold");
     program.add_number("--triangle-size", a.triangle_px, 0, 1e6, "pixels",
-                       "Least size of a leaf drawn as a triangle, where models have them");
+                       "Least size of a leaf drawn as a triangle, if it is one");
     program.add_duration("--budget", a.budget_ms, 0.001, 3.6e6,
                          "Time for a frame, 33ms: --threshold rises to keep it");
     app.add_flag("--refine", a.refine, "Draw each camera several times, finer and finer, for --report");

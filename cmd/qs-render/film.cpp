@@ -182,8 +182,7 @@ void Film::finish() {
         core::warn(text("threshold %g px not met in %zu of %zu frames: the model's leaves are coarser",
                         options_.cut.threshold_px, coarse_count_, drawn_count_));
     if (a_.has_budget()) say_how_budget_was_held();
-    const bool may_lack =
-        a_.streaming.is_realtime() || !a_.streaming.snapshot.empty() || a_.streaming.has_budget();
+    const bool may_lack = a_.streaming.draws_at_once() || a_.streaming.has_budget();
     if (unsettled_count_ > 0 && !may_lack)
         core::warn(text("%llu of %zu frames lack blocks that had not arrived; --settle waits for them",
                         static_cast<unsigned long long>(unsettled_count_), drawn_count_));

@@ -67,26 +67,30 @@ std::vector<Source> parse_sources(const std::vector<std::string>& words) {
     return sources;
 }
 
-Models::Models(const std::vector<Source>& sources, const std::string& cache, bool needs_outlines) {
+Models::Models(const std::vector<Source>& sources, const std::string& cache, const Beginning& beginning) {
     std::map<std::string, const splat::Model*> by_name;
     for (const Source& source : sources) {
         const splat::Model*& model = by_name[source.file];
-        if (!model) model = &open(source.file, cache, needs_outlines);
+        if (!model) model = &open(source.file, cache, beginning);
         if (model->is_arriving())
             remote_->place(source.file, placed_.size(), model->block_offset(0), model->header().block_size);
         placed_.push_back({model, source.world_from_model});
     }
 }
 
-const splat::Model& Models::open(const std::string& file, const std::string& cache, bool needs_outline) {
+const splat::Model& Models::open(const std::string& file, const std::string& cache,
+                                 const Beginning& beginning) {
     if (!scene::is_url(file)) return models_.emplace_back(scene::open_model_file(file));
     if (!remote_) remote_ = std::make_unique<scene::RemoteModels>(cache);
     const splat::Model& model = models_.emplace_back(remote_->open(file));
-    if (needs_outline) {
-        const uint64_t blocks = scene::outline_nodes(model.header()) / model.layout().capacity + 1;
-        remote_->bring(file, model.block_offset(std::min(blocks, model.node_blocks_present())));
-        model.take_stock();
-    }
+    uint64_t blocks = 1;
+    if (beginning.needs_outline)
+        blocks = std::min(scene::outline_nodes(model.header()) / model.layout().capacity + 1,
+                          model.node_blocks_present());
+    uint64_t bytes = model.block_offset(blocks);
+    if (beginning.needs_first_picture) bytes = std::max(bytes, scene::RemoteModels::kFirstPictureBytes);
+    remote_->bring(file, bytes);
+    model.take_stock();
     return model;
 }
 

@@ -30,9 +30,14 @@ std::vector<Source> parse_sources(const std::vector<std::string>& words);
 // The models of the sources; a file that stands there twice is opened once.
 class Models {
   public:
-    // `cache`: the folder of qs-fetch's cache for those that are URLs; empty: its default.  Of these it waits
-    // for a first picture, and where `needs_outlines` for what scene::outline_of() reads.
-    Models(const std::vector<Source>& sources, const std::string& cache, bool needs_outlines);
+    // What is waited for of a model that arrives.
+    struct Beginning {
+        bool needs_first_picture = true;  // 13 KiB; else a block, which draws little more than a blob
+        bool needs_outline = false;       // what scene::outline_of() reads
+    };
+
+    // `cache`: the folder of qs-fetch's cache for those that are URLs; empty: its default.
+    Models(const std::vector<Source>& sources, const std::string& cache, const Beginning& beginning);
 
     // Who brings what is arriving; null where nothing is.
     scene::RemoteModels* remote() const { return remote_.get(); }
@@ -43,7 +48,7 @@ class Models {
     bool are_complete() const;
 
   private:
-    const splat::Model& open(const std::string& file, const std::string& cache, bool needs_outline);
+    const splat::Model& open(const std::string& file, const std::string& cache, const Beginning& beginning);
 
     std::unique_ptr<scene::RemoteModels> remote_;
     std::deque<splat::Model> models_;

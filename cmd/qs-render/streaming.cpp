@@ -72,11 +72,10 @@ void check_modes(const StreamingOptions& o, bool has_path) {
 
 void StreamingOptions::add_to(core::Program& program) {
     CLI::App& app = program.options;
-    all.push_back(
-        app.add_option("--order", order, "What arrives first: gain, level, radius, screen, y or sweep")
-            ->type_name("WORD"));
+    all.push_back(app.add_option("--order", order, "Fetched first: gain, level, radius, screen, y or sweep")
+                      ->type_name("WORD"));
     all.push_back(program.add_number("--sweep-base", sweep_base, 1.001, 1000, "",
-                                     "Of --order sweep: a sweep's sizes are so many times the next one's"));
+                                     "Sizes of a sweep, by the next one's (default sqrt 2)"));
     all.push_back(app.add_option("--magnify", magnify, "Pixels within R of X,Y count for BOOST (8)")
                       ->type_name("X,Y,R[,BOOST]"));
     all.push_back(
@@ -117,7 +116,7 @@ std::vector<double> snapshot_times_s(const std::string& word) {
 scene::StreamOptions stream_options(const StreamingOptions& o) {
     scene::StreamOptions options;
     options.order.order = order_of(o.order);
-    options.order.sweep_base = o.sweep_base;
+    if (!std::isnan(o.sweep_base)) options.order.sweep_base = o.sweep_base;
     if (!o.magnify.empty()) options.order.magnifier = magnifier_of(o.magnify);
     options.prefetches = !o.no_prefetch && !o.has_budget();
     if (o.has_budget()) options.byte_budget = o.byte_budget;

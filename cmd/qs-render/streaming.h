@@ -14,7 +14,7 @@ namespace qs_render {
 
 struct StreamingOptions {
     std::string order = "gain", magnify, snapshot, cache;
-    double sweep_base = std::sqrt(2.0), realtime_fps = NAN;
+    double sweep_base = NAN, realtime_fps = NAN;
     bool no_prefetch = false, settle = false, plan = false;
     uint64_t byte_budget = 0;
     CLI::Option* byte_budget_option = nullptr;
@@ -23,8 +23,10 @@ struct StreamingOptions {
     void add_to(core::Program& program);
     bool is_realtime() const { return !std::isnan(realtime_fps); }
     bool has_budget() const { return byte_budget_option->count() > 0; }
+    // Whether the times of frames are given, and not what is in them.
+    bool draws_at_once() const { return is_realtime() || !snapshot.empty(); }
     // Whether frames wait until all is there that they show.
-    bool settles() const { return settle || (has_budget() && !is_realtime() && snapshot.empty()); }
+    bool settles() const { return settle || (has_budget() && !draws_at_once()); }
 };
 
 // These throw core::UsageError.

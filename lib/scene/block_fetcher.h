@@ -15,8 +15,9 @@ class BlockFetcher {
     // Takes the place of all that was asked for before.  Models by their places among those that are drawn.
     virtual void ask(std::span<const BlockRequest> requests) = 0;
 
-    // Waits until something has come; false where nothing has in this time.  Throws core::Error where what
-    // was asked for cannot be had, with the reason.
+    // Waits until something of what was last asked for has come, which it says once: ask again for the rest.
+    // False where nothing has in this time.  Throws core::Error where what was asked for cannot be had, with
+    // the reason.
     virtual bool wait(double timeout_s) = 0;
     // A file was replaced by another version: what is there stays, and nothing more comes.
     virtual bool has_ended() const = 0;

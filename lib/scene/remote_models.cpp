@@ -10,12 +10,12 @@
 #include "core/program.h"
 #include "fetch/client.h"
 #include "fetch/private_folder.h"
+#include "splat/format.h"
 
 namespace scene {
 
 namespace {
 
-constexpr uint64_t kFirstBytes = 13 * 1024;  // what two round trips bring
 constexpr double kOpenTimeout_s = 60;
 
 // Beside this program, where both are built or installed; else where the system looks.
@@ -97,7 +97,7 @@ RemoteModels::~RemoteModels() = default;
 std::unique_ptr<const splat::BlockSource> RemoteModels::open(const std::string& url) {
     State::File& known = state_->files[url];
     if (!known.file) known.file = state_->connection.open(url, kOpenTimeout_s);
-    bring(url, kFirstBytes);
+    bring(url, splat::kHeaderSize);
     return std::make_unique<RemoteSource>(url, *known.file);
 }
 
@@ -105,7 +105,8 @@ void RemoteModels::bring(const std::string& url, uint64_t bytes) {
     fetch::RemoteFile& file = *state_->files.at(url).file;
     bytes = std::min(bytes, file.bytes());
     std::vector<fetch::Want> wants;
-    for (uint32_t block = 0; uint64_t{block} * file.block_bytes() < bytes; ++block)
+    const uint64_t wanted = std::min(std::max(bytes, kFirstPictureBytes), file.bytes());
+    for (uint32_t block = 0; uint64_t{block} * file.block_bytes() < wanted; ++block)
         wants.push_back({block, 1});
     file.want(wants);
     const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(kOpenTimeout_s);

@@ -23,10 +23,13 @@ class RemoteModels final : public BlockFetcher {
     explicit RemoteModels(const std::string& cache);
     ~RemoteModels() override;
 
-    // Waits for the beginning of a file that holds a first picture.  The source lives no longer than this.
-    // Throws core::Error with the reason where it cannot be had.
+    // What two round trips bring, and a first complete picture of a model of any size.
+    static constexpr uint64_t kFirstPictureBytes = 13 * 1024;
+
+    // Waits for the header of a model.  The source lives no longer than this.  Throws core::Error with the
+    // reason where it cannot be had.
     std::unique_ptr<const splat::BlockSource> open(const std::string& url);
-    // Waits for the first `bytes` of a file that is open.
+    // Waits for the first `bytes` of a file that is open; what a first picture needs is asked for with them.
     void bring(const std::string& url, uint64_t bytes);
     // That the model of `url` is at this place among those that are drawn, for ask().
     void place(const std::string& url, size_t model, uint64_t first_block_offset, uint32_t block_bytes);

@@ -168,11 +168,9 @@ std::vector<BlockRequest> Stream::within_budget(std::vector<BlockRequest> reques
 
 void Stream::ask(std::vector<BlockRequest> requests) {
     if (options_.byte_budget) {
-        if (!std::all_of(pending_.begin(), pending_.end(), [&](const Block& b) { return is_there(b); }))
-            return;
-        requests = within_budget(std::move(requests));
-        pending_.clear();
-        for (const BlockRequest& r : requests) pending_.insert({r.model, r.block});
+        std::erase_if(pending_, [&](const BlockRequest& r) { return is_there({r.model, r.block}); });
+        if (pending_.empty()) pending_ = within_budget(std::move(requests));
+        requests = pending_;
     }
     for (const BlockRequest& r : requests) asked_.insert({r.model, r.block});
     fetcher_.ask(requests);

@@ -108,9 +108,10 @@ class Stream {
         double time_s;
         std::vector<geom::View> views;
     };
-    std::vector<Moment> past_;         // the last three, the latest last
-    std::set<Block> asked_, pending_;  // ever; with a budget, of the last batch
-    std::vector<uint64_t> rest_from_;  // by model: blocks before it are there
+    std::vector<Moment> past_;           // the last three, the latest last
+    std::set<Block> asked_;              // ever
+    std::vector<BlockRequest> pending_;  // with a budget: of the last batch, what is not there
+    std::vector<uint64_t> rest_from_;    // by model: blocks before it are there
     bool is_budget_used_ = false;
     StreamReport report_;
 };

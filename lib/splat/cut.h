@@ -42,9 +42,11 @@
 namespace splat {
 
 enum class CutBy {
-    error,     // projected error bound <= threshold, and projected diameter <= 20 thresholds
+    error,     // projected error bound <= threshold, and projected diameter <= kDiameterOfError thresholds
     diameter,  // projected diameter <= threshold (the original's meaning)
 };
+
+constexpr float kDiameterOfError = 20;  // a flat node may be this much wider than its error allows
 
 struct CutOptions {
     CutBy by = CutBy::error;

@@ -1,0 +1,25 @@
+// How many bytes a view will need, estimated from what of its models is there.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "core/program.h"
+#include "scene/lacks.h"
+
+namespace scene {
+
+struct Plan {
+    uint64_t file_bytes = 0;
+    uint64_t present_bytes = 0;  // of blocks that the view needs and that are there
+    uint64_t missing_bytes = 0;  // that will have to be fetched: an estimate, but for 0
+};
+
+// `drawn`: of the view, for which `lacks` were found.
+Plan plan_of(std::span<const PlacedModel> models, const DrawReport& drawn, std::span<const Lack> lacks,
+             const splat::CutOptions& cut);
+
+std::string to_text(const Plan& plan);
+core::Json to_json(const Plan& plan);
+
+}  // namespace scene
