@@ -14,7 +14,6 @@ namespace splat {
 // times as wide as it must be is drawn as a triangle all the same.  (Without the first the dragon at 2.85
 // radii took 8 ms more for 1 dB; with 4 instead of 2 it lost 3 dB from half as far.)
 constexpr float kSideOfDiameter = 0.8f, kTrianglesAlone = 2;
-constexpr float kDiameterOfError = 20;  // a flat node may be this much wider than its error allows
 
 // The view in model space.  Positions are relative to `pivot`, a point on the line of sight at depth
 // `pivot_depth`, so that what is near in depth is small in float.
