@@ -96,10 +96,10 @@ void check_explanation(const Arguments& a) {
 
 void add_options(core::Program& program, Arguments& a) {
     CLI::App& app = program.options;
-    CLI::Option* const source = app.add_option("SOURCE", a.sources,
-                                               "Splat models: files, - for standard input, URLs; FILE@X,Y,Z moves "
-                                               "it; or a .pm, or pm://HOST:PORT/NAME")
-                                    ->required();
+    CLI::Option* const source =
+        app.add_option("SOURCE", a.sources,
+                       "Models: files, -, http://..., FILE@X,Y,Z; or one .pm, pm://..., ppve://...")
+            ->required();
     app.add_option("-o,--output", a.output, "Pictures: frame-%04d.png, one file, or - for a stream")
         ->check(kNotEmpty)
         ->type_name("NAME");

@@ -80,13 +80,14 @@ class Downloads::Answer : public RangeSink {
         const uint64_t end = at_ + all.size();
         const uint64_t whole =
             end == entry.facts().bytes ? end - at_ : all.size() / entry.block_bytes() * entry.block_bytes();
-        if (whole > 0) put(entry, all.first(whole));
+        if (whole > 0 && !put(entry, all.first(whole))) return;
         const auto rest = all.subspan(whole);
         part_ = std::vector<std::byte>(rest.begin(), rest.end());
         at_ += whole;
     }
 
-    void put(Entry& entry, std::span<const std::byte> bytes) {
+    // False where the store does not take them: give_back() then begins with them.
+    bool put(Entry& entry, std::span<const std::byte> bytes) {
         const uint32_t first = uint32_t(at_ / entry.block_bytes());
         const uint32_t count = uint32_t(blocks_in(bytes.size(), entry.block_bytes()));
         try {
@@ -94,11 +95,12 @@ class Downloads::Answer : public RangeSink {
         } catch (const core::Error& error) {
             is_given_up_ = true;
             download_->store_failed(error);
-            return;
+            return false;
         }
         download_->failures_ = 0;
         download_->all_.counts_.blocks_stored += count;
         download_->tell_arrived(first, count);
+        return true;
     }
 
     // The blocks of the first answer, which were not known before, are not to be asked for again.

@@ -5,8 +5,6 @@
 #include <optional>
 #include <string>
 
-#include <string>
-
 #include "core/program.h"
 #include "scene/budget_painter.h"
 #include "scene/draw.h"

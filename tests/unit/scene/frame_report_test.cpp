@@ -21,6 +21,7 @@ scene::FrameReport full_report(splat::CutBy by) {
     report.reference.emplace();
     report.budget = {.budget_ms = 33};
     report.refinement = {1, 50};
+    report.stream.emplace();
     return report;
 }
 
