@@ -73,7 +73,7 @@ Models::Models(const std::vector<Source>& sources, const std::string& cache, con
         const splat::Model*& model = by_name[source.file];
         if (!model) model = &open(source.file, cache, beginning);
         if (model->is_arriving())
-            remote_->place(source.file, placed_.size(), model->block_offset(0), model->header().block_size);
+            remote_->place(source.file, placed_.size(), model->header().block_at(0), model->header().block_size);
         placed_.push_back({model, source.world_from_model});
     }
 }
@@ -87,7 +87,7 @@ const splat::Model& Models::open(const std::string& file, const std::string& cac
     if (beginning.needs_outline)
         blocks = std::min(scene::outline_nodes(model.header()) / model.layout().capacity + 1,
                           model.node_blocks_present());
-    uint64_t bytes = model.block_offset(blocks);
+    uint64_t bytes = model.header().block_at(blocks);
     if (beginning.needs_first_picture) bytes = std::max(bytes, scene::RemoteModels::kFirstPictureBytes);
     remote_->bring(file, bytes);
     model.take_stock();

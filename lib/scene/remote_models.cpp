@@ -97,7 +97,7 @@ RemoteModels::~RemoteModels() = default;
 std::unique_ptr<const splat::BlockSource> RemoteModels::open(const std::string& url) {
     State::File& known = state_->files[url];
     if (!known.file) known.file = state_->connection.open(url, kOpenTimeout_s);
-    bring(url, splat::kHeaderSize);
+    bring(url, splat::kBlocksAt);
     return std::make_unique<RemoteSource>(url, *known.file);
 }
 

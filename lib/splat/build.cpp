@@ -662,7 +662,7 @@ BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFi
         report.stage_ms.emplace_back("compress", watch.lap_ms());
     } else {
         Builder(std::move(mesh), options, report).run(out);
-        report.file_bytes = kHeaderSize + report.header.block_count * report.header.block_size;
+        report.file_bytes = report.header.plain_bytes();
         report.channels = channels_of(report.header, report.file_bytes);
     }
     if (report.header.scale > kLargestScale)

@@ -242,6 +242,7 @@ CompressedSizes write_compressed(const PlainModel& model, core::OutputFile& out)
 uint64_t write_plain(const PlainModel& model, core::OutputFile& out) {
     const Header& h = model.header;
     out.write(model.header_bytes);
+    out.write(kGap);
     std::vector<std::byte> bytes;
     for (uint64_t first = 0; first < h.block_count; first += kBatchBlocks) {
         const uint64_t count = std::min(kBatchBlocks, h.block_count - first);
@@ -254,7 +255,7 @@ uint64_t write_plain(const PlainModel& model, core::OutputFile& out) {
             16);
         out.write(bytes);
     }
-    return kHeaderSize + h.block_count * h.block_size;
+    return h.plain_bytes();
 }
 
 CompressedSizes sizes_of(const CodedFile& file) {

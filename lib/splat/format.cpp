@@ -2,6 +2,7 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -57,6 +58,11 @@ void check_root(const Header& h, const std::string& name) {
     if (h.root_cone < -1 || h.root_cone >= kConeCount) refuse(name, "the root's cone is out of range");
 }
 
+void check_gap(std::span<const std::byte> bytes, const std::string& name) {
+    for (size_t at = kHeaderSize; at < std::min(bytes.size(), kBlocksAt); ++at)
+        if (bytes[at] != std::byte{0}) refuse(name, core::text("byte %zu is not 0, as all before the blocks are", at));
+}
+
 }  // namespace
 
 uint32_t Header::capacity() const {
@@ -76,7 +82,7 @@ std::array<std::byte, kHeaderSize> encode_header(const Header& h) {
     core::ByteWriter w;
     for (const char c : kMagic) w.put(c);
     w.put(h.version());
-    w.put(uint32_t(kHeaderSize));
+    w.put(uint32_t(kBlocksAt));
     w.put(h.block_size);
     w.put(h.flags);
     w.put(h.origin.x), w.put(h.origin.y), w.put(h.origin.z);
@@ -137,8 +143,8 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     if (sum != found)
         refuse(name, core::text("checksum %016llx, stored is %016llx", static_cast<unsigned long long>(found),
                                 static_cast<unsigned long long>(sum)));
-    if (const auto size = r.take<uint32_t>(); size != kHeaderSize)
-        refuse(name, core::text("header of %u bytes, version %u has %zu", size, version, kHeaderSize));
+    if (const auto at = r.take<uint32_t>(); at != kBlocksAt)
+        refuse(name, core::text("blocks from byte %u on, version %u has them from %zu on", at, version, kBlocksAt));
     Header h;
     h.block_size = r.take<uint32_t>();
     h.flags = r.take<uint32_t>();
@@ -164,6 +170,7 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     if (h.version() > version) refuse(name, core::text("flags %08x are not of version %u", h.flags, version));
     check_layout(h, name);
     check_root(h, name);
+    check_gap(bytes, name);
     return h;
 }
 

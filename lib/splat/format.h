@@ -1,6 +1,6 @@
 // The .qs file: constants, header and block layout.  The specification is man/qs.5; this follows it.
 //
-//     file  = header (256 bytes), then blocks of one size
+//     file  = header (256 bytes), zeros to byte 1024, then blocks of one size
 //     block = header (16 bytes), then one array a channel, for `capacity` nodes:
 //             u16 attitude[], u16 place[], u16 colour[] where there is colour, u4 shape[]
 //
@@ -27,6 +27,7 @@ constexpr char kCodedMagic[8] = {'q', 's', '-', 'c', 'o', 'd', 'e', 'd'};  // co
 constexpr uint32_t kCodedVersion = 1;
 constexpr size_t kCodedHeaderSize = 24;  // then the header of the plain file
 constexpr size_t kHeaderSize = 256;
+constexpr size_t kBlocksAt = 1024;  // then zeros, so that a block of 1 KiB is one of qs-fetch's cache, not parts of two
 constexpr int kMaxLatticeBits = 30;
 constexpr uint32_t kMinBlockSize = 1024, kMaxBlockSize = 65536;
 constexpr int kMaxFanOut = 7;     // three bits say "leaf, or 1 to 7 children"
@@ -72,6 +73,8 @@ struct Header {
     uint64_t triangle_payload() const { return block_size - sizeof(uint32_t); }  // bytes of runs in a block
     uint32_t block_header_size() const { return has_triangles() ? 28 : 16; }
     uint32_t capacity() const;   // nodes a block: as many as fit, a multiple of 7
+    uint64_t block_at(uint64_t number) const { return kBlocksAt + number * block_size; }  // in the plain file
+    uint64_t plain_bytes() const { return block_at(block_count); }                        // of the plain file
 };
 
 struct BlockHeader {
@@ -89,9 +92,11 @@ constexpr size_t kBlockMiddleSideAt = kBlockTrianglesAt + sizeof(uint64_t);
 constexpr size_t kTriangleBlockHeader = sizeof(uint32_t);
 
 // Serialised form, 256 bytes with its checksum.  parse throws core::Error "<name>: ..."; of a compressed model it takes
-// the header of the plain one.
+// the header of the plain one.  `bytes` are the file as far as it is there, and so much is checked of the gap, which no
+// checksum covers.
 std::array<std::byte, kHeaderSize> encode_header(const Header& header);
 Header parse_header(std::span<const std::byte> bytes, const std::string& name);
+constexpr std::array<std::byte, kBlocksAt - kHeaderSize> kGap{};  // between the header and block 0
 bool is_model(std::span<const std::byte> bytes);  // by the magic alone, plain or compressed
 bool is_coded(std::span<const std::byte> bytes);  // compressed, likewise
 

@@ -131,7 +131,7 @@ Info read_info(const Model& model) {
     Info info;
     info.name = model.name();
     info.header = h;
-    info.plain_bytes = kHeaderSize + h.block_count * h.block_size;
+    info.plain_bytes = h.plain_bytes();
     info.is_compressed = model.coded() != nullptr;
     info.file_bytes = info.is_compressed ? model.coded()->file_size() : info.plain_bytes;
     info.bytes_present = model.size_bytes();

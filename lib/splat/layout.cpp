@@ -41,6 +41,7 @@ class Layout {
             header_.block_count += header_.triangle_blocks;
         }
         out.write(encode_header(header_));
+        out.write(kGap);
         constexpr uint64_t kBatch = 4096;  // blocks held in memory
         std::vector<std::byte> bytes;
         for (uint64_t first = 0; first < header_.node_blocks(); first += kBatch) {

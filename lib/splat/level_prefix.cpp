@@ -13,7 +13,7 @@ uint64_t bytes_to(const Model& model, uint64_t block) {
     const Header& header = model.header();
     if (model.has_block(block)) return model.prefix_bytes(block);
     const CodedFile* const coded = model.coded();
-    if (!coded) return kHeaderSize + (block + 1) * header.block_size;
+    if (!coded) return header.block_at(block + 1);
     const double mean = double(coded->file_size()) / double(header.block_count);
     return std::min(coded->file_size(),
                     std::max<uint64_t>(uint64_t(mean * double(block + 1)), model.size_bytes()) + kMargin);

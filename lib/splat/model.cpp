@@ -16,16 +16,15 @@ unsigned long long number(uint64_t value) {
 }
 
 uint64_t whole_plain_blocks(uint64_t file_bytes, const Header& header, const std::string& name) {
-    const uint64_t whole = (file_bytes - kHeaderSize) / header.block_size;
-    const uint64_t most = kHeaderSize + header.block_count * header.block_size;
-    if (whole > header.block_count || file_bytes > most)
-        throw core::Error(core::text("%s: %llu bytes, its header says %llu", name.c_str(), number(file_bytes), number(most)));
-    return whole;
+    if (file_bytes > header.plain_bytes())
+        throw core::Error(core::text("%s: %llu bytes, its header says %llu", name.c_str(), number(file_bytes),
+                                     number(header.plain_bytes())));
+    return file_bytes < header.block_at(0) ? 0 : (file_bytes - header.block_at(0)) / header.block_size;
 }
 
 Header arriving_header(const BlockSource& source) {
     const std::string name = source.name();
-    const uint64_t size = std::min<uint64_t>(kHeaderSize, source.file_bytes());
+    const uint64_t size = std::min<uint64_t>(kBlocksAt, source.file_bytes());
     if (!source.has(0, size)) throw core::Error(name + ": its header is not there");
     const std::span bytes(source.data(), size);
     if (is_coded(bytes))
@@ -45,7 +44,7 @@ Model::Model(core::InputFile file)
         blocks_ = own_.bytes().data();
     } else {
         blocks_present_ = whole_plain_blocks(file_->bytes().size(), header_, name_);
-        blocks_ = file_->bytes().data() + kHeaderSize;
+        blocks_ = file_->bytes().data() + header_.block_at(0);
     }
     make_room_for_blocks();
 }
@@ -53,7 +52,7 @@ Model::Model(core::InputFile file)
 Model::Model(std::unique_ptr<const BlockSource> source)
     : source_(std::move(source)), name_(source_->name()), header_(arriving_header(*source_)), layout_(header_) {
     blocks_present_ = whole_plain_blocks(source_->file_bytes(), header_, name_);
-    blocks_ = source_->data() + kHeaderSize;
+    blocks_ = source_->data() + header_.block_at(0);
     make_room_for_blocks();
     looked_for_ = core::AddressSpace(blocks_present_ * sizeof(uint32_t), name_);
 }
@@ -66,7 +65,7 @@ void Model::make_room_for_blocks() {
 
 // Whoever looks first decides for all, so that a frame has one answer.
 bool Model::look_for(uint64_t number) const {
-    const uint32_t there = stock_ << 1 | uint32_t(source_->has(block_offset(number), header_.block_size));
+    const uint32_t there = stock_ << 1 | uint32_t(source_->has(header_.block_at(number), header_.block_size));
     const auto known = stock_of(number);
     uint32_t before = known.load(std::memory_order_acquire);
     while (before >> 1 != stock_)
@@ -83,13 +82,13 @@ std::array<std::byte, kHeaderSize> Model::header_bytes() const {
 }
 
 uint64_t Model::prefix_bytes(uint64_t block) const {
-    if (!coded_) return block_offset(block + 1);
+    if (!coded_) return header_.block_at(block + 1);
     const CodedPlace place = coded_->place_of(block);
     return place.offset + place.size;
 }
 
 uint64_t Model::offset_of(uint64_t number) const {
-    if (!coded_) return block_offset(number);
+    if (!coded_) return header_.block_at(number);
     return number < blocks_present_ ? coded_->place_of(number).offset : size_bytes();
 }
 

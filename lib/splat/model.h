@@ -72,11 +72,9 @@ class Model {
     // during one.
     void take_stock() const { ++stock_; }
     uint32_t stock() const { return stock_; }  // how often it was taken, from 1
-    // Where a block is in the file; of one that is not compressed.
-    uint64_t block_offset(uint64_t number) const { return kHeaderSize + number * header_.block_size; }
 
     // The bytes of a block of nodes that is present, checked.  Throws core::Error
-    // "<name>: block 7 at byte 7424: ...".
+    // "<name>: block 7 at byte 8192: ...".
     std::span<const std::byte> block(uint64_t number) const;
 
     // The same of a block of triangles.

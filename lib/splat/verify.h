@@ -28,7 +28,7 @@ struct VerifyCounts {
 // - nodes, leaves, levels and blocks are as many as the header says.
 // What it cannot see is whether the model is like the mesh it was made from.
 //
-// Throws core::Error for the first fault "<name>: block 7 at byte 7424: ...", and for a file that is cut
+// Throws core::Error for the first fault "<name>: block 7 at byte 8192: ...", and for a file that is cut
 // off, after what is there was found without fault.
 VerifyCounts verify(core::InputFile file);
 

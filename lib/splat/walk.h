@@ -39,7 +39,7 @@ struct WalkedNode {
 };
 
 // Calls use(node) for the nodes of levels 1 to `last_level` that are there.  Memory: 64 bytes for each
-// inner node of a level.  Throws core::Error "<name>: block 7 at byte 7424: ..." for a damaged block, for a
+// inner node of a level.  Throws core::Error "<name>: block 7 at byte 8192: ..." for a damaged block, for a
 // group that is not where the order puts it, for a block that holds nodes which no group claims, and for
 // more levels than the header says.
 void walk(const Model& model, uint32_t last_level, const std::function<void(const WalkedNode&)>& use);

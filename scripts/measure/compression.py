@@ -26,7 +26,7 @@ def block_ends(data):
     """Where each block of a model ends, by number."""
     if data[:8] == b"qs-model":
         size, = struct.unpack_from("<I", data, 16)
-        return list(range(256 + size, len(data) + 1, size))
+        return list(range(1024 + size, len(data) + 1, size))
     tables, = struct.unpack_from("<I", data, 12)
     blocks, = struct.unpack_from("<Q", data, 24 + 56)
     levels = 1

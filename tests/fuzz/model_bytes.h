@@ -5,6 +5,7 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstring>
 #include <span>
 #include <string>
@@ -46,17 +47,19 @@ inline void repair_coded(Bytes& bytes) {
     std::memcpy(bytes.data() + at, &sum, 8);
 }
 
-// Sets the checksums of the header and of whole blocks right, so that other checks are reached.
+// Sets the checksums of the header and of whole blocks right, and the gap between them to 0, so that other checks are reached.
 inline void repair_checksums(Bytes& bytes) {
     if (splat::is_coded(bytes)) return repair_coded(bytes);
     if (bytes.size() < splat::kHeaderSize) return;
     repair_header(bytes);
+    std::fill(bytes.begin() + splat::kHeaderSize,
+              bytes.begin() + ptrdiff_t(std::min(bytes.size(), splat::kBlocksAt)), std::byte{0});
     uint32_t block_size;
     std::memcpy(&block_size, bytes.data() + 16, 4);
     if (block_size < splat::kMinBlockSize || block_size > splat::kMaxBlockSize) return;
-    for (uint64_t b = 0; splat::kHeaderSize + (b + 1) * block_size <= bytes.size(); ++b) {
+    for (uint64_t b = 0; splat::kBlocksAt + (b + 1) * block_size <= bytes.size(); ++b) {
         const std::span<std::byte> block =
-            std::span(bytes).subspan(splat::kHeaderSize + b * block_size, block_size);
+            std::span(bytes).subspan(splat::kBlocksAt + b * block_size, block_size);
         const uint32_t sum = splat::block_checksum(block, b);
         std::memcpy(block.data(), &sum, 4);
     }

@@ -56,12 +56,13 @@ std::string with_flipped_bit(std::string bytes, size_t bit) {
     return bytes;
 }
 
-// Checksums made to fit, so that what follows them must stand the damage.
+// Checksums made to fit, and the gap behind the header made 0, so that what follows them must stand the damage.
 void mend_checksums(std::string& bytes) {
     const auto put = [&](size_t at, auto sum) { std::memcpy(bytes.data() + at, &sum, sizeof(sum)); };
     put(splat::kHeaderSize - 8, uint64_t(XXH3_64bits(bytes.data(), splat::kHeaderSize - 8)));
     uint64_t number = 0;
-    for (size_t at = splat::kHeaderSize; at + splat::kMinBlockSize <= bytes.size();
+    std::fill_n(bytes.begin() + splat::kHeaderSize, splat::kGap.size(), '\0');
+    for (size_t at = splat::kBlocksAt; at + splat::kMinBlockSize <= bytes.size();
          at += splat::kMinBlockSize) {
         const auto block = std::as_bytes(std::span(bytes.data() + at, splat::kMinBlockSize));
         put(at, splat::block_checksum(block, number++));
@@ -76,8 +77,8 @@ TEST(DamagedModel, IsSoundToBeginWith) {
     EXPECT_EQ(mended, sound_model());
 }
 
-TEST(DamagedModel, EveryFlippedBitOfTheHeaderIsRefused) {
-    for (size_t bit = 0; bit < 8 * splat::kHeaderSize; ++bit) {
+TEST(DamagedModel, EveryFlippedBitBeforeTheBlocksIsRefused) {
+    for (size_t bit = 0; bit < 8 * splat::kBlocksAt; bit += bit < 8 * splat::kHeaderSize ? 1 : 7) {
         const std::string bytes = with_flipped_bit(sound_model(), bit);
         EXPECT_EQ(try_to_draw(bytes), Outcome::refused) << "bit " << bit;
         EXPECT_FALSE(verifies(bytes)) << "bit " << bit;
@@ -86,7 +87,7 @@ TEST(DamagedModel, EveryFlippedBitOfTheHeaderIsRefused) {
 
 TEST(DamagedModel, EveryFlippedBitOfTheBodyIsFound) {
     std::mt19937_64 random(7);
-    const size_t first = 8 * splat::kHeaderSize, bits = 8 * sound_model().size() - first;
+    const size_t first = 8 * splat::kBlocksAt, bits = 8 * sound_model().size() - first;
     for (int i = 0; i < 400; ++i) {
         const size_t bit = first + random() % bits;
         const std::string bytes = with_flipped_bit(sound_model(), bit);
@@ -121,13 +122,13 @@ TEST(DamagedModel, HeaderFieldsThatLieAreDrawnOrRefused) {
 }
 
 TEST(DamagedModel, BlockHeadersThatLieAreDrawnOrRefused) {
-    const size_t blocks = (sound_model().size() - splat::kHeaderSize) / splat::kMinBlockSize;
+    const size_t blocks = (sound_model().size() - splat::kBlocksAt) / splat::kMinBlockSize;
     for (size_t block = 0; block < blocks; ++block)
         for (size_t at = 4; at < sizeof(splat::BlockHeader); at += 2)
             for (const unsigned lie : {0u, 1u, 6u, 7u, 0x7fffu, 0xffffu}) {
                 const auto value = uint16_t(lie);
                 std::string bytes = sound_model();
-                std::memcpy(bytes.data() + splat::kHeaderSize + block * splat::kMinBlockSize + at, &value,
+                std::memcpy(bytes.data() + splat::kBlocksAt + block * splat::kMinBlockSize + at, &value,
                             sizeof(value));
                 const bool is_changed = bytes != sound_model();
                 mend_checksums(bytes);
@@ -138,7 +139,7 @@ TEST(DamagedModel, BlockHeadersThatLieAreDrawnOrRefused) {
 }
 
 TEST(DamagedModel, CutOffAnywhereIsACoarserModelOrRefused) {
-    const size_t first = splat::kHeaderSize + splat::kMinBlockSize, size = sound_model().size();
+    const size_t first = splat::kBlocksAt + splat::kMinBlockSize, size = sound_model().size();
     for (size_t length = 0; length < size; length += length < first + 64 ? 1 : 61) {
         const std::string bytes = sound_model().substr(0, length);
         EXPECT_EQ(try_to_draw(bytes), length < first ? Outcome::refused : Outcome::drawn)

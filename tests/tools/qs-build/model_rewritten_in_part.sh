@@ -1,2 +1,2 @@
-head -c 3000 "$QS_DATA/bumpy.qs" > part.qs
+head -c 3500 "$QS_DATA/bumpy.qs" > part.qs
 qs-build part.qs --compress -o out.qs

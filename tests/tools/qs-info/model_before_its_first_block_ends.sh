@@ -1,2 +1,2 @@
-head -c 1000 "$QS_DATA/tiny.qs" > cut.qs
+head -c 2000 "$QS_DATA/tiny.qs" > cut.qs
 qs-info cut.qs

@@ -2,9 +2,8 @@
 "$QS_SOURCE/tests/tools/make-bumpy-ply" 20 > mesh.ply
 qs-build mesh.ply -o whole.qs
 size=$(stat -c %s whole.qs)
-first=$((256 + 1024))
-: > cut.qs
-for ((length = 0; length < size; length += length < 256 || length > first - 3 && length < first + 3 ? 1 : 61)); do
+first=$((1024 + 1024))
+for length in $(seq 0 256) $((first - 1)) "$first" $(seq 257 61 $((size - 1))); do
     head -c "$length" whole.qs > cut.qs
     if ((length < first)); then
         "$QS_SOURCE/tests/tools/expect-refusal" qs-render cut.qs -o frame.ppm --resolution 64,48 ||

@@ -9,5 +9,5 @@ draw --threshold 0.5 --splat circle
 draw --threshold-diameter 0.5
 draw --threshold 40
 draw
-head -c 1280 model.qs > prefix.qs
+head -c 2048 model.qs > prefix.qs
 qs-render prefix.qs --threshold 1 -o still.ppm 2>&1 | grep -c warning

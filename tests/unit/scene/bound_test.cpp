@@ -136,7 +136,7 @@ TEST(Prefix, OfAModelDrawsACompletePictureWithinItsBound) {
     const splat::Header header = open_model(whole).header();
     ASSERT_GT(header.block_count, 64u);
     for (uint64_t blocks = 1; blocks < header.block_count; blocks = blocks * 3 / 2 + 1) {
-        const auto size = std::ptrdiff_t(splat::kHeaderSize + blocks * header.block_size + 77);
+        const auto size = std::ptrdiff_t(header.block_at(blocks) + 77);
         Subject subject(torus, Bytes(whole.begin(), whole.begin() + size));
         ASSERT_FALSE(subject.model().is_complete());
         std::vector<geom::View> views = random_views(subject.model(), torus.mesh, 4);

@@ -106,7 +106,7 @@ TEST(Compress, KeepsBytesOfTheHeaderThatItDoesNotKnow) {
 // What is not as builders write it, such as blocks of another kind, is stored as it is.
 TEST(Compress, KeepsBlocksThatItDoesNotUnderstand) {
     Bytes plain = build_bytes(bumpy_torus(60, 160));
-    const size_t block = splat::kHeaderSize + 3 * splat::kMinBlockSize;
+    const size_t block = splat::kBlocksAt + 3 * splat::kMinBlockSize;
     for (size_t i = 16; i < splat::kMinBlockSize; ++i) plain[block + i] = std::byte(uint8_t(i * 37));
     repair_checksums(plain);
     EXPECT_EQ(plain_again(compressed(plain)), plain);

@@ -34,9 +34,9 @@ splat::Header some_header() {
     return h;
 }
 
-std::string refusal(const splat::Header& h) {
+std::string refusal(std::span<const std::byte> bytes) {
     try {
-        splat::parse_header(splat::encode_header(h), "m.qs");
+        splat::parse_header(bytes, "m.qs");
         return "";
     } catch (const core::Error& error) {
         return error.what();
@@ -47,7 +47,12 @@ template <class Change>
 std::string refusal_after(const Change& change) {
     splat::Header h = some_header();
     change(h);
-    return refusal(h);
+    return refusal(splat::encode_header(h));
+}
+
+Bytes some_bytes() {
+    const auto header = splat::encode_header(some_header());
+    return Bytes(header.begin(), header.end());
 }
 
 }  // namespace
@@ -65,7 +70,7 @@ TEST(QsHeader, ReadsBackWhatWasWritten) {
 }
 
 TEST(QsHeader, RefusesWhatCannotBe) {
-    EXPECT_EQ(refusal(some_header()), "");
+    EXPECT_EQ(refusal(some_bytes()), "");
     using H = splat::Header;
     EXPECT_EQ(refusal_after([](H& h) { h.block_size = 3000; }),
               "m.qs: header: block size 3000 is not a power of two from 1024 to 65536");
@@ -104,6 +109,27 @@ TEST(QsHeader, RefusesEveryFlippedBit) {
         bytes[bit / 8] ^= std::byte(1u << bit % 8);
     }
     EXPECT_NO_THROW(splat::parse_header(bytes, "m.qs"));
+}
+
+TEST(QsHeader, RefusesBlocksElsewhere) {
+    Bytes bytes = some_bytes();
+    bytes[13] = std::byte{1};
+    repair_header(bytes);
+    EXPECT_EQ(refusal(bytes), "m.qs: header: blocks from byte 256 on, version 1 has them from 1024 on");
+}
+
+TEST(QsHeader, RefusesAGapThatIsNotEmptyAsFarAsItIsThere) {
+    for (size_t at = splat::kHeaderSize; at < splat::kBlocksAt; ++at) {
+        Bytes bytes = some_bytes();
+        bytes.resize(at);
+        EXPECT_EQ(refusal(bytes), "");
+        bytes.push_back(std::byte{1});
+        EXPECT_EQ(refusal(bytes), core::text("m.qs: header: byte %zu is not 0, as all before the blocks are", at));
+    }
+    Bytes bytes = some_bytes();
+    bytes.resize(splat::kBlocksAt);
+    bytes.push_back(std::byte{1});
+    EXPECT_EQ(refusal(bytes), "") << "a block's";
 }
 
 TEST(QsHeader, NamesTheOriginalProgramsFiles) {

@@ -109,7 +109,7 @@ TEST(Extract, PointsAreWhereTheNodesAre) {
 
 TEST(Extract, ACutOfAPrefixStandsForTheWholeSurface) {
     Bytes bytes = build_bytes(bumpy_torus(60, 160));
-    bytes.resize(splat::kHeaderSize + 3 * splat::kMinBlockSize);
+    bytes.resize(splat::kBlocksAt + 3 * splat::kMinBlockSize);
     const splat::Model model = open_model(bytes);
     const Tree tree = read_tree(model);
     std::vector<bool> has_child(tree.nodes.size(), false);

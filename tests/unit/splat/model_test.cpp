@@ -34,8 +34,8 @@ uint64_t count_splats(const splat::Model& model) {
 // However much of the file is there, what is there can be walked, and grows with it.
 TEST(Model, IsACoarserModelWhereverTheFileEnds) {
     const Bytes whole = build_bytes(icosphere(3));
-    const size_t first_block = splat::kHeaderSize + splat::kMinBlockSize;
-    ASSERT_GE(whole.size(), splat::kHeaderSize + 3 * splat::kMinBlockSize);
+    const size_t first_block = splat::kBlocksAt + splat::kMinBlockSize;
+    ASSERT_GE(whole.size(), splat::kBlocksAt + 3 * splat::kMinBlockSize);
     uint64_t last_nodes = 0;
     for (size_t size = 0; size <= whole.size(); ++size) {
         const Bytes prefix(whole.begin(), whole.begin() + ptrdiff_t(size));
@@ -47,7 +47,7 @@ TEST(Model, IsACoarserModelWhereverTheFileEnds) {
         ASSERT_EQ(model.is_complete(), size == whole.size()) << size;
         const splat::Info info = splat::read_info(model);
         ASSERT_GE(info.nodes_present, last_nodes) << size;
-        ASSERT_EQ(info.blocks_present, (size - splat::kHeaderSize) / splat::kMinBlockSize);
+        ASSERT_EQ(info.blocks_present, (size - splat::kBlocksAt) / splat::kMinBlockSize);
         last_nodes = info.nodes_present;
         if (size % 97 == 0) {
             uint64_t cut = 0;  // leaves, and nodes whose children are missing
@@ -67,14 +67,14 @@ TEST(Model, RefusesBytesBehindItsEnd) {
 
 TEST(Model, RefusesABlockWhenItIsUsed) {
     Bytes bytes = build_bytes(icosphere(3));
-    bytes[splat::kHeaderSize + splat::kMinBlockSize + 100] ^= std::byte{1};
+    bytes[splat::kBlocksAt + splat::kMinBlockSize + 100] ^= std::byte{1};
     const splat::Model model = open_model(bytes);
     EXPECT_NO_THROW(model.block(0));
     try {
         model.block(1);
         FAIL();
     } catch (const core::Error& error) {
-        EXPECT_NE(std::string(error.what()).find(": block 1 at byte 1280: checksum "), std::string::npos)
+        EXPECT_NE(std::string(error.what()).find(": block 1 at byte 2048: checksum "), std::string::npos)
             << error.what();
     }
 }

@@ -147,7 +147,7 @@ std::string describe_header(const Bytes& b) {
         out += dump_line(b, at, 8, core::text("%llu ", static_cast<unsigned long long>(n)) + what);
     };
     out += dump_line(b, 0, 8, "magic");
-    out += dump_line(b, 8, 8, core::text("version %u, header of 256 bytes", h.version()));
+    out += dump_line(b, 8, 8, core::text("version %u, blocks from byte %zu on", h.version(), splat::kBlocksAt));
     out += dump_line(b, 16, 8, core::text("blocks of %u bytes, flags %u", h.block_size, h.flags));
     for (int k = 0; k < 3; ++k)
         out += dump_line(b, size_t(24 + 8 * k), 8, core::text("origin %c = %g", 'x' + k, h.origin[k]));
@@ -252,7 +252,7 @@ class RunFields {
 std::string describe_triangles(const Bytes& b) {
     const splat::Model model = open_model(b);
     const splat::Header& h = model.header();
-    const size_t block = splat::kHeaderSize + h.node_blocks() * h.block_size;
+    const size_t block = h.block_at(h.node_blocks());
     std::string out = dump_line(b, block, 4, "checksum");
     splat::BlockView nodes;
     nodes.open(model, 0);
@@ -278,7 +278,7 @@ std::string describe_block(const Bytes& b) {
     const splat::Model model = open_model(b);
     const splat::BlockLayout& layout = model.layout();
     const Tree tree = read_tree(model);
-    const size_t at = splat::kHeaderSize;
+    const size_t at = model.header().block_at(0);
     std::string out = dump_line(b, at, 4, "checksum");
     out += dump_line(
         b, at + 4, 4,

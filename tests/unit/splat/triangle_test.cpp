@@ -341,7 +341,7 @@ TEST(TriangleLeaves, EveryFlippedBitIsFound) {
 TEST(TriangleLeaves, ChangedRunsAreFoundBehindTheirChecksums) {
     const Bytes whole = build_bytes(icosphere(2), kTriangles);
     const splat::Header h = splat::parse_header(whole, "");
-    const size_t first = splat::kHeaderSize + h.node_blocks() * h.block_size;
+    const size_t first = h.block_at(h.node_blocks());
     size_t found = 0, tried = 0;
     for (size_t bit = first * 8 + 32; bit < (first + 400) * 8; bit += 3, ++tried) {
         Bytes bytes = whole;
@@ -364,7 +364,7 @@ TEST(TriangleLeaves, OfAPrefixAreThoseThatAreThere) {
     size_t last = 0;
     for (uint64_t blocks = h.node_blocks(); blocks <= h.block_count; blocks += 1) {
         const Bytes bytes(whole.begin(),
-                          whole.begin() + ptrdiff_t(splat::kHeaderSize + blocks * h.block_size));
+                          whole.begin() + ptrdiff_t(h.block_at(blocks)));
         const size_t count = triangles_of(open_model(bytes)).size();
         EXPECT_GE(count, last);
         if (blocks == h.node_blocks()) {

@@ -30,7 +30,7 @@ std::string fault_after(const Change& change, bool has_colour = false) {
     return fault_of(bytes);
 }
 
-constexpr size_t kBlock0 = splat::kHeaderSize, kBlock1 = kBlock0 + splat::kMinBlockSize;
+constexpr size_t kBlock0 = splat::kBlocksAt, kBlock1 = kBlock0 + splat::kMinBlockSize;
 
 template <class T>
 void add_at(Bytes& bytes, size_t at, T change) {
@@ -87,11 +87,20 @@ TEST(Verify, FindsEveryFlippedBitOfTheHeader) {
     }
 }
 
+TEST(Verify, FindsEverySeventhFlippedBitOfTheGap) {
+    Bytes bytes = tiny();
+    for (size_t bit = splat::kHeaderSize * 8; bit < kBlock0 * 8; bit += 7) {
+        bytes[bit / 8] ^= std::byte(1u << bit % 8);
+        EXPECT_TRUE(contains(fault_of(bytes), core::text("header: byte %zu is not 0", bit / 8))) << bit;
+        bytes[bit / 8] ^= std::byte(1u << bit % 8);
+    }
+}
+
 TEST(Verify, FindsEverySeventhFlippedBitOfTheBody) {
     Bytes bytes = tiny();
-    for (size_t bit = splat::kHeaderSize * 8; bit < bytes.size() * 8; bit += 7) {
+    for (size_t bit = kBlock0 * 8; bit < bytes.size() * 8; bit += 7) {
         bytes[bit / 8] ^= std::byte(1u << bit % 8);
-        EXPECT_TRUE(contains(fault_of(bytes), "block 0 at byte 256: checksum ")) << bit;
+        EXPECT_TRUE(contains(fault_of(bytes), "block 0 at byte 1024: checksum ")) << bit;
         bytes[bit / 8] ^= std::byte(1u << bit % 8);
     }
 }
@@ -99,7 +108,7 @@ TEST(Verify, FindsEverySeventhFlippedBitOfTheBody) {
 TEST(Verify, SaysThatACutOffFileIsNotWhole) {
     Bytes bytes = build_bytes(icosphere(3));
     bytes.resize(kBlock1 + 500);
-    EXPECT_TRUE(contains(fault_of(bytes), "cut off at byte 1780: 1 of ")) << fault_of(bytes);
+    EXPECT_TRUE(contains(fault_of(bytes), "cut off at byte 2548: 1 of ")) << fault_of(bytes);
 }
 
 TEST(Verify, FindsLiesAboutCounts) {
@@ -154,12 +163,12 @@ TEST(Verify, FindsWrongPointers) {
     const auto shift_slot = [](size_t block) {
         return [=](Bytes& b) { add_at<uint16_t>(b, kBlock0 + block * 1024 + 6, 1); };
     };
-    EXPECT_TRUE(contains(fault_after(shift_slot(0)), "block 0 at byte 256: points to block 0 slot "));
-    EXPECT_TRUE(contains(fault_after(shift_slot(1)), "block 1 at byte 1280: points to block "));
+    EXPECT_TRUE(contains(fault_after(shift_slot(0)), "block 0 at byte 1024: points to block 0 slot "));
+    EXPECT_TRUE(contains(fault_after(shift_slot(1)), "block 1 at byte 2048: points to block "));
     EXPECT_TRUE(contains(fault_after([](Bytes& b) { add_at<uint64_t>(b, kBlock0 + 8, 1); }),
-                         "block 0 at byte 256: points to block 1"));
+                         "block 0 at byte 1024: points to block 1"));
     EXPECT_TRUE(contains(fault_after([](Bytes& b) { std::memset(&b[kBlock1 + 8], 0, 8); }),
-                         "block 1 at byte 1280: points backwards"));
+                         "block 1 at byte 2048: points backwards"));
 }
 
 TEST(Verify, FindsWrongTrees) {
@@ -168,7 +177,7 @@ TEST(Verify, FindsWrongTrees) {
     EXPECT_NE(fault_after([](Bytes& b) { b[kBlock0 + 16] &= std::byte{0xf8}; }), "");
     EXPECT_NE(fault_after([](Bytes& b) { add_at<uint16_t>(b, kBlock0 + 4, uint16_t(-1)); }), "");
     EXPECT_TRUE(contains(fault_after([](Bytes& b) { add_at<uint16_t>(b, kBlock0 + 4, 300); }),
-                         "block 0 at byte 256: "));
+                         "block 0 at byte 1024: "));
 }
 
 TEST(Verify, FindsCodesThatNoBuilderWrites) {
@@ -177,7 +186,7 @@ TEST(Verify, FindsCodesThatNoBuilderWrites) {
                              b[kBlock0 + 17] = std::byte(attitude >> 8 | (uint8_t(b[kBlock0 + 17]) & 0x80));
                              b[kBlock0 + 16] |= std::byte(attitude & 0xe0);
                          }),
-                         "block 0 at byte 256: slot 0: normal code 1023, the last is 960"));
+                         "block 0 at byte 1024: slot 0: normal code 1023, the last is 960"));
 }
 
 TEST(Verify, FindsConesThatExcludeEachOther) {
