@@ -26,15 +26,15 @@ scene::FrameReport full_report(splat::CutBy by) {
 }
 
 // How often each key is documented: the first column of the page's tables, and the words in italics that
-// nodes_culled is explained with.
+// are objects of keys or keys of nodes_culled.
 std::map<std::string, int> documented_keys() {
     std::ifstream page(std::string(QS_SOURCE) + "/man/frame-report.5");
     std::map<std::string, int> keys;
-    const std::regex row(R"(^([a-z_]+)\|.*T\{$)");
+    const std::regex row(R"(^([a-z0-9_]+)\|.*T\{$)");
     std::smatch match;
     for (std::string line; std::getline(page, line);) {
         if (std::regex_match(line, match, row)) ++keys[match[1]];
-        if (std::regex_match(line, match, std::regex(R"(^\.IR? (frustum|backface|occlusion)( ,)?$)"))) ++keys[match[1]];
+        if (std::regex_match(line, match, std::regex(R"(^\.IR? (frustum|backface|occlusion|stream)( ,)?$)"))) ++keys[match[1]];
     }
     return keys;
 }

@@ -23,8 +23,8 @@ class Shelf : public splat::BlockSource {
     uint64_t file_bytes() const override { return file_.size(); }
     const std::byte* data() const override { return file_.data(); }
     bool has(uint64_t offset, uint64_t size) const override {
-        if (offset + size <= splat::kHeaderSize) return true;
-        return is_there_[(offset - splat::kHeaderSize) / splat::kMinBlockSize];
+        if (offset + size <= splat::kBlocksAt) return true;
+        return is_there_[(offset - splat::kBlocksAt) / splat::kMinBlockSize];
     }
 
   private:
@@ -64,7 +64,7 @@ class Bringer : public scene::BlockFetcher {
 struct Arriving {
     explicit Arriving(const Bytes& bytes, size_t most = 7)
         : file(bytes),
-          is_there((bytes.size() - splat::kHeaderSize) / splat::kMinBlockSize, false),
+          is_there((bytes.size() - splat::kBlocksAt) / splat::kMinBlockSize, false),
           model(std::make_unique<Shelf>(file, is_there)),
           bringer(is_there, most) {
         is_there[0] = true;
