@@ -1,11 +1,10 @@
 #include "pm/locality.h"
 
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <numeric>
 
 #include "core/parallel.h"
+#include "core/parallel_sort.h"
 
 namespace pm {
 
@@ -34,7 +33,7 @@ std::vector<uint32_t> order_of(std::span<const glm::dvec3> positions) {
             keys[v] = {place_on_curve(positions[v]), uint32_t(v)};
         },
         4096);
-    core::thread_arena().execute([&] { tbb::parallel_sort(keys.begin(), keys.end()); });
+    core::parallel_sort(keys.begin(), keys.end());
     std::vector<uint32_t> order(keys.size());
     std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& key) { return key.second; });
     return order;

@@ -1,7 +1,5 @@
 #include "pm/simplify.h"
 
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,7 @@
 #include <optional>
 
 #include "core/parallel.h"
+#include "core/parallel_sort.h"
 #include "pm/bounds.h"
 #include "pm/format.h"
 #include "pm/quadric.h"
@@ -195,7 +194,7 @@ class Simplifier {
             std::nth_element(list.begin(), list.begin() + ptrdiff_t(wanted), list.end());
             list.resize(wanted);
         }
-        core::thread_arena().execute([&] { tbb::parallel_sort(list.begin(), list.end()); });
+        core::parallel_sort(list.begin(), list.end());
         return list;
     }
 
