@@ -10,6 +10,7 @@
 #include "core/program.h"
 #include "core/stopwatch.h"
 #include "mesh/mesh.h"
+#include "mesh/read_report.h"
 #include "pm/build.h"
 #include "pm/extract.h"
 #include "pm/model.h"
@@ -20,23 +21,10 @@ unsigned long long number(uint64_t value) {
     return static_cast<unsigned long long>(value);
 }
 
-core::Json to_json(const std::map<std::string, uint64_t>& counts) {
-    core::Json json = core::Json::object();
-    for (const auto& [reason, count] : counts) json[reason] = count;
-    return json;
-}
-
 core::Json report_of(const std::string& input, const mesh::ReadCounts& read, const pm::BuildReport& r,
                      double read_ms) {
     const pm::Header& h = r.header;
-    core::Json json;
-    json["input"] = input;
-    json["format"] = read.format;
-    json["vertices_in"] = read.vertices_in;
-    json["faces_in"] = read.faces_in;
-    json["triangles_in"] = read.triangles_in;
-    json["vertices_dropped"] = to_json(read.vertices_dropped);
-    json["triangles_dropped"] = to_json(read.triangles_dropped);
+    core::Json json = mesh::report_of(input, read, read.vertices_dropped);
     json["zero_area_faces"] = r.zero_area_faces;
     json["flattened_faces"] = r.flattened_faces;
     json["cut_edges"] = r.cut_edges;
@@ -67,11 +55,6 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
 
 void warn_of(const std::string& input, uint64_t count, const char* what) {
     if (count > 0) core::warn(core::text("%s: %llu %s", input.c_str(), number(count), what));
-}
-
-void warn_of_drops(const std::string& input, const std::map<std::string, uint64_t>& drops, const char* what) {
-    for (const auto& [reason, count] : drops)
-        core::warn(core::text("%s: %llu %s dropped: %s", input.c_str(), number(count), what, reason.c_str()));
 }
 
 // "full", a number of splits, or a share of them: "5%".
@@ -133,8 +116,8 @@ core::Json build(core::InputFile file, const std::string& input, const mesh::Rea
     out.commit();
     if (built.unreferenced > 0) read.counts.vertices_dropped["unreferenced"] += built.unreferenced;
     if (built.duplicate_faces > 0) read.counts.triangles_dropped["duplicate"] += built.duplicate_faces;
-    warn_of_drops(name, read.counts.vertices_dropped, "vertices");
-    warn_of_drops(name, read.counts.triangles_dropped, "triangles");
+    mesh::warn_of_drops(name, read.counts.vertices_dropped, "vertices");
+    mesh::warn_of_drops(name, read.counts.triangles_dropped, "triangles");
     warn_of(name, built.cut_edges, "edges are not of two faces that run against each other, and were cut or paired");
     warn_of(name, built.flattened_faces, "faces lose their area by rounding (--bits, --lossless)");
     const pm::Header& h = built.header;

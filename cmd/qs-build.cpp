@@ -8,6 +8,7 @@
 #include "core/program.h"
 #include "core/stopwatch.h"
 #include "mesh/mesh.h"
+#include "mesh/read_report.h"
 #include "splat/build.h"
 #include "splat/compress.h"
 #include "splat/info.h"
@@ -16,30 +17,11 @@
 
 namespace {
 
-core::Json to_json(const std::map<std::string, uint64_t>& counts) {
-    core::Json json = core::Json::object();
-    for (const auto& [reason, count] : counts) json[reason] = count;
-    return json;
-}
-
-// What was read; dropped: by the reader and the builder together.
-core::Json report_of(const std::string& input, const mesh::ReadCounts& read, const std::map<std::string, uint64_t>& vertices_dropped) {
-    core::Json json;
-    json["input"] = input;
-    json["format"] = read.format;
-    json["vertices_in"] = read.vertices_in;
-    json["faces_in"] = read.faces_in;
-    json["triangles_in"] = read.triangles_in;
-    json["vertices_dropped"] = to_json(vertices_dropped);
-    json["triangles_dropped"] = to_json(read.triangles_dropped);
-    return json;
-}
-
 core::Json report_of(const std::string& input, const mesh::ReadCounts& read, const splat::BuildReport& r, double read_ms) {
     const splat::Header& h = r.header;
     auto dropped = read.vertices_dropped;
     for (const auto& [reason, count] : r.vertices_dropped) dropped[reason] += count;
-    core::Json json = report_of(input, read, dropped);
+    core::Json json = mesh::report_of(input, read, dropped);
     json["zero_area_faces"] = r.zero_area_faces;
     json["boundary_edges"] = r.boundary_edges;
     json["widest_gap"] = r.widest_gap;
@@ -85,11 +67,6 @@ const char* kind_of(const splat::Header& h) {
     return h.flags & splat::kOpenSurface ? "an open surface: both sides are drawn" : "a closed surface: its back is culled";
 }
 
-void warn_of_drops(const std::string& input, const std::map<std::string, uint64_t>& drops, const char* what) {
-    for (const auto& [reason, count] : drops)
-        core::warn(core::text("%s: %llu %s dropped: %s", input.c_str(), static_cast<unsigned long long>(count), what, reason.c_str()));
-}
-
 // A model for the original QSplat program.
 void write_qsplat(mesh::ReadResult&& read, const std::string& input, core::OutputFile& out, double read_ms, core::Report& report) {
     core::Stopwatch watch;
@@ -98,7 +75,7 @@ void write_qsplat(mesh::ReadResult&& read, const std::string& input, core::Outpu
     out.commit();
     auto dropped = counts.vertices_dropped;
     if (r.unreferenced) dropped["unreferenced"] += r.unreferenced;
-    core::Json json = report_of(input, counts, dropped);
+    core::Json json = mesh::report_of(input, counts, dropped);
     json["leaves"] = r.leaves;
     json["nodes"] = r.nodes;
     json["levels"] = r.levels;
@@ -107,8 +84,8 @@ void write_qsplat(mesh::ReadResult&& read, const std::string& input, core::Outpu
     json["leaf_inflation_mean"] = r.leaf_inflation_mean;
     json["leaf_inflation_max"] = r.leaf_inflation_max;
     json["ms"] = {{"read", read_ms}, {"write", watch.lap_ms()}};
-    warn_of_drops(input, dropped, "vertices");
-    warn_of_drops(input, counts.triangles_dropped, "triangles");
+    mesh::warn_of_drops(input, dropped, "vertices");
+    mesh::warn_of_drops(input, counts.triangles_dropped, "triangles");
     report.write(json);
 }
 
@@ -201,9 +178,9 @@ int main(int argc, char** argv) {
         }
         const splat::BuildReport built = splat::build(std::move(read.mesh), build_options, out, input);
         out.commit();
-        warn_of_drops(input, read.counts.vertices_dropped, "vertices");
-        warn_of_drops(input, built.vertices_dropped, "vertices");
-        warn_of_drops(input, read.counts.triangles_dropped, "triangles");
+        mesh::warn_of_drops(input, read.counts.vertices_dropped, "vertices");
+        mesh::warn_of_drops(input, built.vertices_dropped, "vertices");
+        mesh::warn_of_drops(input, read.counts.triangles_dropped, "triangles");
         warn_of_lattice(input, built);
         core::notice(core::text("%s: %llu %s in %llu bytes (%.2f a %s), %u levels, %s", output.c_str(),
                                 static_cast<unsigned long long>(built.header.leaf_count),
