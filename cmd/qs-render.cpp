@@ -14,7 +14,7 @@
 #include "qs-render/film.h"
 #include "qs-render/mesh_film.h"
 #include "qs-render/points.h"
-#include "qs-render/sources.h"
+#include "scene/sources.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
 #include "scene/explain.h"
@@ -25,8 +25,8 @@ namespace {
 
 using core::text;
 using qs_render::Arguments;
-using qs_render::Models;
-using qs_render::Source;
+using scene::Models;
+using scene::Source;
 
 using Path = std::vector<geom::PathFrame>;
 
@@ -144,7 +144,7 @@ void run(const Arguments& a) {
     if (a.lists_backends) return core::print(scene::list_backends());
     if (qs_render::draws_points(a)) return qs_render::draw_points(a);
     if (a.sources.empty()) throw core::UsageError("SOURCE is required");
-    const std::vector<Source> sources = qs_render::parse_sources(a.sources);
+    const std::vector<Source> sources = scene::parse_sources(a.sources);
     qs_render::check(a, sources);
     if (qs_render::are_progressive(sources)) return qs_render::draw_progressive(a, sources[0].file);
     const scene::DrawOptions draw = qs_render::draw_options(a);

@@ -1,46 +1,24 @@
 #include "qs-render/arguments.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <string_view>
 
 #include "core/error.h"
+#include "core/words.h"
+#include "scene/drawing_words.h"
 
 namespace qs_render {
 
 using core::text;
 using core::UsageError;
+using core::value_of;
+using core::Word;
 
 namespace {
 
 constexpr double kMostPixels = 16384;         // a side, of what is drawn at once
 constexpr double kMostPicturePixels = 32768;  // a side, of a picture that a tile is of
 
-template <class T>
-struct Word {
-    const char* word;
-    T value;
-};
-
-template <class T, size_t N>
-T value_of(const std::string& option, const std::string& word, const Word<T> (&words)[N]) {
-    std::string list;
-    for (size_t i = 0; i < N; ++i) {
-        if (word == words[i].word) return words[i].value;
-        list += (i == 0 ? "" : i + 1 == N ? " or " : ", ") + std::string(words[i].word);
-    }
-    throw UsageError(option + ": '" + word + "' is not " + list);
-}
-
-constexpr Word<render::SplatKind> kSplatWords[] = {{"square", render::SplatKind::square},
-                                                   {"circle", render::SplatKind::circle},
-                                                   {"ellipse", render::SplatKind::ellipse},
-                                                   {"smooth", render::SplatKind::smooth}};
-constexpr Word<render::Shade> kShadeWords[] = {{"lit", render::Shade::lit},
-                                               {"normal", render::Shade::normal},
-                                               {"level", render::Shade::level},
-                                               {"flat", render::Shade::flat}};
 constexpr Word<scene::Occlusion> kOcclusionWords[] = {
     {"auto", scene::Occlusion::automatic}, {"on", scene::Occlusion::on}, {"off", scene::Occlusion::off}};
 constexpr Word<render::ImageFormat> kFormatWords[] = {{"png", render::ImageFormat::png},
@@ -48,39 +26,11 @@ constexpr Word<render::ImageFormat> kFormatWords[] = {{"png", render::ImageForma
                                                       {"y4m", render::ImageFormat::y4m},
                                                       {"rgb", render::ImageFormat::rgb}};
 
-constexpr Word<scene::BackendKind> kBackendWords[] = {{"cpu", scene::BackendKind::cpu},
-                                                      {"osmesa", scene::BackendKind::osmesa},
-                                                      {"egl", scene::BackendKind::egl},
-                                                      {"auto", scene::BackendKind::automatic}};
-
 // An empty word is a variable that was not set, or a slip: not as if nothing had been said.
 const CLI::Validator kNotEmpty(
     [](const std::string& word) { return std::string(word.empty() ? "is empty" : ""); }, "");
 
 constexpr Word<int> kSampleWords[] = {{"1", 1}, {"4", 2}, {"16", 4}};  // each way
-
-// "R,G,B", "#rrggbb", "#rrggbbaa" or "none".
-glm::u8vec4 colour_of(const std::string& word) {
-    if (word == "none") return glm::u8vec4(0);
-    const bool is_hex = word.starts_with('#');
-    glm::u8vec4 colour(0, 0, 0, 255);
-    const char* at = word.data();
-    const char* const end = at + word.size();
-    bool is_right = !is_hex || word.size() == 7 || word.size() == 9;
-    for (int k = 0; k < (word.size() == 9 && is_hex ? 4 : 3) && is_right; ++k) {
-        if (is_hex ? k == 0 : k > 0) is_right = at < end && *at++ == (is_hex ? '#' : ',');
-        const char* const last = is_hex ? at + 2 : end;
-        uint8_t value = 0;
-        const auto [rest, error] = std::from_chars(at, last, value, is_hex ? 16 : 10);
-        is_right = is_right && error == std::errc() && (!is_hex || rest == last);
-        colour[k] = value;
-        at = rest;
-    }
-    if (!is_right || at != end)
-        throw UsageError("--background: '" + word +
-                         "' is not R,G,B with numbers from 0 to 255, #rrggbb, #rrggbbaa or none");
-    return colour;
-}
 
 // An explanation is of one frame, and goes to standard output.
 void check_explanation(const Arguments& a) {
@@ -184,17 +134,13 @@ scene::DrawOptions draw_options(const Arguments& a) {
     draw.cut.threshold_px = a.cuts_by_diameter() ? a.threshold_diameter_px : a.threshold_px;
     draw.cut.cull_backfaces = !a.keep_backfaces;
     draw.cut.triangle_px = a.triangle_px;
-    draw.kind = value_of("--splat", a.splat, kSplatWords);
-    draw.look.shade = value_of("--shade", a.shade, kShadeWords);
-    const glm::u8vec4 background = colour_of(a.background);
+    draw.kind = scene::splat_kind_of("--splat", a.splat);
+    draw.look.shade = scene::shade_of("--shade", a.shade);
+    const glm::u8vec4 background = scene::colour_of("--background", a.background);
     draw.look.background = glm::u8vec3(background);
     draw.look.background_alpha = background.a;
     draw.look.samples_across = value_of("--samples", a.samples, kSampleWords);
-    if (!std::isnan(a.key_light[0])) {
-        const glm::dvec3 light{a.key_light[0], a.key_light[1], a.key_light[2]};
-        const double size = std::max({std::fabs(light.x), std::fabs(light.y), std::fabs(light.z)});
-        draw.look.key_light = size > 0 ? light / size : light;  // its square is in range
-    }
+    draw.look.key_light = scene::key_light_of("--key-light", a.key_light);
     draw.occlusion = value_of("--occlusion", a.occlusion, kOcclusionWords);
     return draw;
 }
@@ -218,7 +164,7 @@ render::ImageFormat format_of(const Arguments& a) {
 }
 
 scene::BackendKind backend_of(const Arguments& a) {
-    const scene::BackendKind kind = value_of("--backend", a.backend, kBackendWords);
+    const scene::BackendKind kind = scene::backend_kind_of("--backend", a.backend);
     if (draw_options(a).look.samples_across == 1 || kind == scene::BackendKind::cpu) return kind;
     if (kind == scene::BackendKind::automatic) return scene::BackendKind::cpu;
     throw UsageError("--samples: back end " + a.backend + " draws one sample a pixel; the CPU draws more");
@@ -272,8 +218,6 @@ void check_look(const Arguments& a) {
     const render::Look look = draw_options(a).look;
     if (look.samples_across > 1 && a.occlusion == "on")
         throw UsageError("--occlusion on: only with one of --samples");
-    if (look.key_light && *look.key_light == glm::dvec3(0))
-        throw UsageError("--key-light: 0,0,0 is no direction");
     if (look.has_alpha() && !a.output.empty() && format_of(a) != render::ImageFormat::png)
         throw UsageError("--background: '" + a.background + "' is transparent, which only PNG can hold");
 }

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/program.h"
-#include "qs-render/camera_options.h"
+#include "scene/camera_options.h"
 #include "qs-render/parts.h"
-#include "qs-render/sources.h"
+#include "scene/sources.h"
 #include "qs-render/streaming.h"
 #include "render/image.h"
 #include "scene/backends.h"
@@ -16,11 +16,14 @@
 
 namespace qs_render {
 
+using scene::kNotGiven;
+using scene::Source;
+
 // All that the command line can say.
 struct Arguments {
     std::vector<std::string> sources;
     std::string path, output, format, depth, reference, report;
-    CameraOptions camera;
+    scene::CameraOptions camera;
     std::array<double, 2> resolution{1280, 720};
     double triangle_px = scene::kTrianglePx;
     double threshold_px = 1, threshold_diameter_px = kNotGiven, budget_ms = kNotGiven, fps = kNotGiven;

@@ -11,6 +11,7 @@
 namespace qs_render {
 
 using core::text;
+using scene::Models;
 
 namespace {
 

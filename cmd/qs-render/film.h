@@ -13,7 +13,7 @@
 #include "geom/path.h"
 #include "qs-render/arguments.h"
 #include "qs-render/picture_files.h"
-#include "qs-render/sources.h"
+#include "scene/sources.h"
 #include "scene/backends.h"
 #include "scene/budget_painter.h"
 #include "scene/draw.h"
@@ -31,7 +31,7 @@ void check_occlusion(const scene::DrawOptions& draw, const scene::ModelPainter& 
 // All that is given lives longer.
 class Film {
   public:
-    Film(const Arguments& arguments, const scene::DrawOptions& options, const Models& models,
+    Film(const Arguments& arguments, const scene::DrawOptions& options, const scene::Models& models,
          const std::vector<std::string>& inputs, double frames_per_s, scene::Backend backend);
 
     // One camera: for each eye once, or with --refine again and again; the last picture is written.

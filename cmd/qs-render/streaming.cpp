@@ -132,9 +132,9 @@ std::optional<double> Schedule::due_s(size_t frame) const {
     return std::nullopt;
 }
 
-void check(const StreamingOptions& o, const std::vector<Source>& sources, bool has_path) {
+void check(const StreamingOptions& o, const std::vector<scene::Source>& sources, bool has_path) {
     const bool is_remote =
-        std::any_of(sources.begin(), sources.end(), [](const Source& s) { return scene::is_url(s.file); });
+        std::any_of(sources.begin(), sources.end(), [](const scene::Source& s) { return scene::is_url(s.file); });
     for (const CLI::Option* option : o.all)
         if (option->count() > 0 && !is_remote)
             throw UsageError(option->get_name() + ": needs a SOURCE of http:// or https://");

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/program.h"
-#include "qs-render/sources.h"
+#include "scene/sources.h"
 #include "scene/stream.h"
 
 namespace qs_render {
@@ -30,7 +30,7 @@ struct StreamingOptions {
 };
 
 // These throw core::UsageError.
-void check(const StreamingOptions& options, const std::vector<Source>& sources, bool has_path);
+void check(const StreamingOptions& options, const std::vector<scene::Source>& sources, bool has_path);
 scene::StreamOptions stream_options(const StreamingOptions& options);
 
 // When frames are due, seconds from the start; the first one as soon as there is something to draw.

@@ -1,4 +1,4 @@
-#include "qs-render/sources.h"
+#include "scene/sources.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -8,7 +8,7 @@
 #include "core/file.h"
 #include "scene/model_file.h"
 
-namespace qs_render {
+namespace scene {
 
 namespace {
 
@@ -80,15 +80,15 @@ Models::Models(const std::vector<Source>& sources, const std::string& cache, con
 
 const splat::Model& Models::open(const std::string& file, const std::string& cache,
                                  const Beginning& beginning) {
-    if (!scene::is_url(file)) return models_.emplace_back(scene::open_model_file(file));
-    if (!remote_) remote_ = std::make_unique<scene::RemoteModels>(cache);
+    if (!is_url(file)) return models_.emplace_back(open_model_file(file));
+    if (!remote_) remote_ = std::make_unique<RemoteModels>(cache);
     const splat::Model& model = models_.emplace_back(remote_->open(file));
     uint64_t blocks = 1;
     if (beginning.needs_outline)
-        blocks = std::min(scene::outline_nodes(model.header()) / model.layout().capacity + 1,
+        blocks = std::min(outline_nodes(model.header()) / model.layout().capacity + 1,
                           model.node_blocks_present());
     uint64_t bytes = model.header().block_at(blocks);
-    if (beginning.needs_first_picture) bytes = std::max(bytes, scene::RemoteModels::kFirstPictureBytes);
+    if (beginning.needs_first_picture) bytes = std::max(bytes, RemoteModels::kFirstPictureBytes);
     remote_->bring(file, bytes);
     model.take_stock();
     return model;
@@ -104,4 +104,4 @@ bool Models::are_complete() const {
     return std::all_of(models_.begin(), models_.end(), [](const splat::Model& m) { return m.is_complete(); });
 }
 
-}  // namespace qs_render
+}  // namespace scene

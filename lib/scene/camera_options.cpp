@@ -1,4 +1,4 @@
-#include "qs-render/camera_options.h"
+#include "scene/camera_options.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "geom/framing.h"
 #include "geom/path.h"
 
-namespace qs_render {
+namespace scene {
 
 using core::UsageError;
 
@@ -75,4 +75,4 @@ geom::Camera CameraOptions::camera(geom::Sphere bounds, std::span<const geom::Sp
     return camera;
 }
 
-}  // namespace qs_render
+}  // namespace scene

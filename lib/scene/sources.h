@@ -11,7 +11,7 @@
 #include "scene/remote_models.h"
 #include "splat/model.h"
 
-namespace qs_render {
+namespace scene {
 
 // One SOURCE: a file or a URL, or FILE@TRANSFORM.  TRANSFORM is numbers with commas between, as
 // parse_similarity() takes them, or a file of such numbers whose name ends in .xf.  What stands after the
@@ -40,19 +40,19 @@ class Models {
     Models(const std::vector<Source>& sources, const std::string& cache, const Beginning& beginning);
 
     // Who brings what is arriving; null where nothing is.
-    scene::RemoteModels* remote() const { return remote_.get(); }
+    RemoteModels* remote() const { return remote_.get(); }
 
     const std::deque<splat::Model>& all() const { return models_; }
-    const std::vector<scene::PlacedModel>& placed() const { return placed_; }
+    const std::vector<PlacedModel>& placed() const { return placed_; }
     bool has_colour() const;
     bool are_complete() const;
 
   private:
     const splat::Model& open(const std::string& file, const std::string& cache, const Beginning& beginning);
 
-    std::unique_ptr<scene::RemoteModels> remote_;
+    std::unique_ptr<RemoteModels> remote_;
     std::deque<splat::Model> models_;
-    std::vector<scene::PlacedModel> placed_;
+    std::vector<PlacedModel> placed_;
 };
 
-}  // namespace qs_render
+}  // namespace scene

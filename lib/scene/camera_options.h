@@ -11,7 +11,7 @@
 #include "geom/camera.h"
 #include "geom/sphere.h"
 
-namespace qs_render {
+namespace scene {
 
 constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
 
@@ -38,4 +38,4 @@ struct CameraOptions {
                          const glm::dvec3& up) const;
 };
 
-}  // namespace qs_render
+}  // namespace scene
