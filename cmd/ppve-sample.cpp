@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/one_of.h"
 #include "core/program.h"
 #include "net/stop_signals.h"
 #include "ppve/server.h"
@@ -112,7 +113,7 @@ void add_options(core::Program& program, Arguments& a) {
         .add_option_function<std::string>(
             "--sampler", [&](const std::string& name) { a.sampler.kind = kSamplers.at(name); },
             "raster, egl, osmesa or embree")
-        ->check(CLI::IsMember(kSamplers))
+        ->check(core::one_of({"raster", "egl", "osmesa", "embree"}))
         ->type_name("NAME")
         ->default_str("raster");
     program.add_number("--iso", a.sampler.iso, -1e30, 1e30, "the volume's values",

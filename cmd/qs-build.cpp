@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/one_of.h"
 #include "core/program.h"
 #include "core/stopwatch.h"
 #include "mesh/mesh.h"
@@ -128,10 +129,12 @@ int main(int argc, char** argv) {
     program.options.add_option("INPUT", input, "PLY, OBJ, OFF, STL, Draco or QSplat file, or a model; - is a PLY on standard input")->required();
     program.options.add_option("-o,--output", output, "Model to write; - is standard output")->required();
     program.options.add_option("--format", format, "qs, or qsplat11 for the original QSplat program")
-        ->check(CLI::IsMember({"qs", "qsplat11"}))
+        ->check(core::one_of({"qs", "qsplat11"}))
         ->type_name("FORMAT")
         ->capture_default_str();
-    program.options.add_option("--leaf", leaf, "What leaves are")->type_name("point|triangle")->capture_default_str();
+    program.options.add_option("--leaf", leaf, "What leaves are")
+        ->check(core::one_of({"point", "triangle"}))
+        ->type_name("point|triangle")->capture_default_str();
     program.add_size("--block-size", block_size, "Bytes a block, a power of two from 1K to 64K");
     program.add_size("--memory", build_options.memory_limit, "Refuse what would need more memory than this; 0 is no limit");
     program.options.add_flag("--skip-bad", read_options.skip_bad, "Drop vertices that are not finite, and their faces");
@@ -148,8 +151,6 @@ int main(int argc, char** argv) {
         const bool is_for_qsplat = format == "qsplat11";
         if (is_for_qsplat && (block_size != build_options.block_size || build_options.memory_limit > 0))
             throw core::UsageError("--format qsplat11: has no blocks and keeps to no --memory");
-        if (leaf != "point" && leaf != "triangle")
-            throw core::UsageError("--leaf: '" + leaf + "' is neither point nor triangle");
         if (is_for_qsplat && leaf == "triangle") throw core::UsageError("--format qsplat11: has no triangles");
         if (core::same_file(input, output)) throw core::UsageError(output + ": is input and output at once");
         build_options.block_size = uint32_t(block_size);

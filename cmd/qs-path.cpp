@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/one_of.h"
 #include "core/program.h"
 #include "geom/path.h"
 #include "mesh/mesh.h"
@@ -62,14 +63,8 @@ struct Scene {
 };
 
 glm::dvec3 axis_of(const std::string& name) {
-    const std::string_view letters = "xyz";
-    const bool has_sign = name.starts_with('-') || name.starts_with('+');
-    const std::string letter = name.substr(has_sign ? 1 : 0);
-    const size_t axis = letter.size() == 1 ? letters.find(letter) : letters.npos;
-    if (axis == letters.npos)
-        throw core::UsageError("--up: '" + name + "' is not an axis; give x, y, z, -x, -y or -z");
     glm::dvec3 up(0);
-    up[int(axis)] = name.starts_with('-') ? -1 : 1;
+    up[name.back() - 'x'] = name.starts_with('-') ? -1 : 1;
     return up;
 }
 
@@ -96,6 +91,7 @@ struct ShotOptions {
         core::add_numbers(app, "--resolution", resolution, "W,H",
                           "Size of the picture; its shape counts for what fits");
         app.add_option("--up", up, "The model's axis that points up: x, y, z, -x, -y or -z")
+            ->check(core::one_of({"x", "y", "z", "-x", "-y", "-z"}))
             ->type_name("AXIS");
     }
 
@@ -225,11 +221,10 @@ Command add_spline(core::Program& program, Arguments& a) {
                               ->default_str("");
     add_fps(app, a.spline.fps);
     app.add_option("--timing", a.timing, "even: the same time from key to key; keys: as the keys' \"t\" say")
+        ->check(core::one_of({"even", "keys"}))
         ->type_name("HOW");
     app.add_flag("--closed", a.spline.closed, "Go back from the last key to the first");
     return {&app, [&a, frames](core::Json& report) {
-                if (a.timing != "even" && a.timing != "keys")
-                    throw core::UsageError("--timing: '" + a.timing + "' is not even or keys");
                 const bool by_keys = a.timing == "keys";
                 if (by_keys && (frames->count() > 0 || a.spline.closed))
                     throw core::UsageError(std::string(a.spline.closed ? "--closed" : "--frames") +

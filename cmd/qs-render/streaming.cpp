@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/one_of.h"
 #include "scene/remote_models.h"
 
 namespace qs_render {
@@ -33,10 +34,7 @@ bool take_word(std::string_view& rest, std::string_view word) {
 }
 
 scene::Order order_of(const std::string& word) {
-    const auto found = std::find(kOrders.begin(), kOrders.end(), word);
-    if (found == kOrders.end())
-        throw UsageError("--order: '" + word + "' is not gain, level, radius, screen, y or sweep");
-    return scene::Order(found - kOrders.begin());
+    return scene::Order(std::find(kOrders.begin(), kOrders.end(), word) - kOrders.begin());
 }
 
 scene::Magnifier magnifier_of(const std::string& word) {
@@ -73,6 +71,7 @@ void check_modes(const StreamingOptions& o, bool has_path) {
 void StreamingOptions::add_to(core::Program& program) {
     CLI::App& app = program.options;
     all.push_back(app.add_option("--order", order, "Fetched first: gain, level, radius, screen, y or sweep")
+                      ->check(core::one_of({kOrders.begin(), kOrders.end()}))
                       ->type_name("WORD"));
     all.push_back(program.add_number("--sweep-base", sweep_base, 1.001, 1000, "",
                                      "Sizes of a sweep, by the next one's (default sqrt 2)"));

@@ -15,8 +15,10 @@
 #include <new>
 #include <optional>
 
+#include "core/completion.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/one_of.h"
 #include "core/parallel.h"
 
 namespace core {
@@ -88,6 +90,12 @@ std::string two_columns(const std::string& left, const std::string& right) {
 class HelpFormatter : public CLI::Formatter {
   public:
     HelpFormatter() { label("Positionals", "Operands"); }
+
+    std::string make_group(std::string group, bool is_positional,
+                           std::vector<const CLI::Option*> options) const override {
+        // Of interest to those who install: it would be a line more in each help.
+        return group == kCompletionGroup ? "" : Formatter::make_group(group, is_positional, options);
+    }
 
     std::string make_option(const CLI::Option* option, bool is_positional) const override {
         std::string left;
@@ -225,6 +233,11 @@ std::string shown_size(uint64_t bytes) {
 constexpr const char* kHelpNames = "-h,--help";
 constexpr const char* kHelpText = "Print this help and exit";
 
+// Thrown when the command line asks for a completion: nothing else is looked at.
+struct CallForCompletion {
+    std::string shell;
+};
+
 void add_common_options(CLI::App& app, const std::string& version) {
     const std::string group = "Common options";
     add_integer(app, "--threads", settings.threads, 0, 1024, "Threads to use, 0 for one per processor")
@@ -232,12 +245,16 @@ void add_common_options(CLI::App& app, const std::string& version) {
     app.add_flag("--quiet", settings.quiet, "Say nothing but errors")->group(group);
     app.add_flag("--verbose", settings.verbose, "Say more")->group(group);
     app.add_option("--progress", settings.progress, "Draw progress: auto, always or never")
+        ->check(one_of({"auto", "always", "never"}))
         ->type_name("WHEN")
         ->group(group);
     app.add_option("--report", settings.report,
                    "Write a report as JSON, one object a line; - for standard output")
         ->type_name("FILE")
         ->group(group);
+    app.add_option_function<std::string>("--completion", [](const std::string& shell) { throw CallForCompletion{shell}; })
+        ->check(one_of(completion_shells()))
+        ->group(kCompletionGroup);
     app.set_version_flag("--version", version, "Print the version and exit")->group(group);
     app.set_help_flag(kHelpNames, kHelpText)->group(group);
 }
@@ -281,8 +298,6 @@ std::string sentence_from(const CLI::App& app, const CLI::ParseError& error) {
 }
 
 void check_common_options() {
-    if (settings.progress != "auto" && settings.progress != "always" && settings.progress != "never")
-        throw UsageError("--progress: '" + settings.progress + "' is not auto, always or never");
     if (settings.quiet && settings.verbose) throw UsageError("--quiet and --verbose exclude each other");
 }
 
@@ -296,6 +311,9 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
         return 0;
     } catch (const CLI::CallForVersion& version) {
         print(std::string(version.what()) + "\n");
+        return 0;
+    } catch (const CallForCompletion& call) {
+        print(completion_script(app, settings.program, call.shell));
         return 0;
     } catch (const CLI::ParseError& error) {
         throw UsageError(sentence_from(app, error));

@@ -16,7 +16,8 @@ namespace core {
 
 using Json = nlohmann::ordered_json;  // keys in the order they were written
 
-// One program.  Owns --threads, --quiet, --verbose, --progress, --report, --version, --help.
+// One program.  Owns --threads, --quiet, --verbose, --progress, --report, --version, --help,
+// and --completion, which --help does not show.
 //
 //     core::Program program("qs-info", "Say what a splat model holds.");
 //     program.options.add_flag("--json", json, "...");

@@ -9,6 +9,7 @@
 #include "child.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/one_of.h"
 #include "core/parallel.h"
 
 namespace {
@@ -173,6 +174,26 @@ TEST_F(Program, WhatIsNotANumberInRangeIsAUsageError) {
         EXPECT_EQ(outcome.out, "");
         EXPECT_EQ(outcome.exit_status, 2);
     }
+}
+
+TEST_F(Program, AnOptionOfWordsTakesThemAndNoOther) {
+    const auto run_with = [](const std::string& word) {
+        return run_in_child([&] {
+            core::Program program("qs-sample", "Try words.", "1.2.3");
+            std::string shade = "lit";
+            CLI::Option* option = program.options.add_option("-s,--shade", shade, "How it looks");
+            option->check(core::one_of({"lit", "flat", "-x"}))->type_name("MODE");
+            const bool is_listed = core::words_of(*option) == std::vector<std::string>{"lit", "flat", "-x"};
+            const char* arguments[] = {"qs-sample", "--shade", word.c_str(), nullptr};
+            return program.run(word.empty() ? 1 : 3, const_cast<char**>(arguments),
+                               [&] { core::print(shade + (is_listed ? "" : " of other words")); });
+        });
+    };
+    for (const std::string word : {"lit", "flat", "-x"}) EXPECT_EQ(run_with(word).out, word);
+    EXPECT_EQ(run_with("").out, "lit") << "the default";
+    EXPECT_EQ(run_with("fla").exit_status, 2);
+    EXPECT_EQ(run_with("lit|flat").err,
+              "qs-sample: --shade: 'lit|flat' is not lit, flat or -x\ntry 'qs-sample --help'\n");
 }
 
 TEST_F(Program, HelpAndVersionGoToStandardOutput) {
