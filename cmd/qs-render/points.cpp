@@ -30,10 +30,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// At rest larger splats only blur; in motion along an orbit of the dragon 1.5 leaves a fifth of the empty pixels of
-// 1.25 (point_view_bench --what motion).
-constexpr double kScaleInMotion = 1.5;
-
 void check_points(const Arguments& a) {
     if (a.sources.size() > 1 || (a.sources.size() == 1 && !a.ppve_command.empty()))
         throw UsageError("SOURCE: a server's points are drawn alone");
@@ -176,7 +172,7 @@ double moved_px(const geom::View& before, const geom::View& now, double distance
 
 ppve::ReconstructionOptions PointFilm::options_for(bool is_complete) {
     ppve::ReconstructionOptions options;
-    options.scale = settings_.scale > 0 ? settings_.scale : is_complete ? 1 : kScaleInMotion;
+    options.scale = settings_.scale > 0 ? settings_.scale : is_complete ? 1 : ppve::kScaleInMotion;
     options.ratio = settings_.ratio, options.epsilon = settings_.epsilon;
     options.most_points = settings_.most_points;
     options.is_closed = settings_.is_closed;

@@ -128,7 +128,7 @@ FrameCosts Follower::show(int number, const geom::Camera& camera, std::optional<
     }
     asked_s_ = net::steady_seconds();
     ask(make_view(geom::make_view(camera, options_.width, options_.height), options_.threshold_px));
-    wait_for_end(until, costs);
+    wait_for_end(std::min(until, asked_s_ + patience_s_), costs);
     costs.is_complete = client_->is_complete();
     const double before_refining = net::steady_seconds();
     const Front& front = client_->refine();

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -53,6 +54,8 @@ class Follower {
     FrameCosts show(int number, const geom::Camera& camera, std::optional<double> next_time_s = {});
     // For the frames to come.
     void look_through(int width, int height, double threshold_px);
+    // Nor shall a frame to come wait longer than this for what it lacks.
+    void wait_at_most(double patience_s) { patience_s_ = patience_s; }
     // The front of the last frame that was shown.
     const Front& front() { return client_->refine(); }
     const ClientState& state() const { return client_->state(); }
@@ -73,6 +76,7 @@ class Follower {
     uint64_t told_up_ = 0, told_down_ = 0, told_splits_ = 0, resumed_ = 0;
     uint64_t splits_at_loss_ = 0;
     int losses_ = 0;
+    double patience_s_ = std::numeric_limits<double>::infinity();
     double begun_s_ = -1, asked_s_ = 0, path_begin_s_ = 0;
     View view_;
 };

@@ -45,7 +45,7 @@ class FileSource final : public ProgressiveSource {
     }
     bool has_colour() const override { return model_.header().has_colours(); }
     mesh::Mesh mesh_for(const geom::Camera& camera, int width, int height, double threshold_px,
-                        ProgressiveCosts& costs) override {
+                        ProgressiveCosts& costs, std::optional<double>) override {
         front_.assign(selection_.select(pm::make_view(geom::make_view(camera, width, height), threshold_px)));
         const pm::SelectionCounts& counts = selection_.counts();
         costs = {counts.tested, counts.outside, counts.faces_away, front_.split_count(), 0, 0};
@@ -60,7 +60,8 @@ class FileSource final : public ProgressiveSource {
 
 class ServerSource final : public ProgressiveSource {
   public:
-    explicit ServerSource(const std::string& source) : location_(pm::parse_location(source)) {}
+    ServerSource(const std::string& source, int most_retries)
+        : location_(pm::parse_location(source)), most_retries_(most_retries) {}
     geom::Sphere bounds() const override { return sphere_of(follower().state().header()); }
     std::vector<geom::Sphere> outline() const override {
         const pm::Replica& replica = follower().state().replica();
@@ -72,9 +73,11 @@ class ServerSource final : public ProgressiveSource {
     }
     bool has_colour() const override { return follower().state().header().has_colours(); }
     mesh::Mesh mesh_for(const geom::Camera& camera, int width, int height, double threshold_px,
-                        ProgressiveCosts& costs) override {
+                        ProgressiveCosts& costs, std::optional<double> patience_s) override {
         follower().look_through(width, height, threshold_px);
+        if (patience_s) follower().wait_at_most(*patience_s);
         const pm::FrameCosts spent = follower().show(frame_++, camera);
+        costs.is_complete = spent.is_complete;
         costs.splits = spent.splits;
         costs.bytes_up = spent.bytes_up, costs.bytes_down = spent.bytes_down;
         return pm::mesh_of(follower().state().replica(), follower().front());
@@ -83,7 +86,8 @@ class ServerSource final : public ProgressiveSource {
   private:
     pm::Follower& follower() const {
         if (!follower_) {
-            const pm::FollowOptions options;
+            pm::FollowOptions options;
+            options.most_retries = most_retries_;
             follower_ = std::make_unique<pm::Follower>(pm::connector(location_.address, options.timeout_s),
                                                        location_.name, options);
         }
@@ -91,6 +95,7 @@ class ServerSource final : public ProgressiveSource {
     }
 
     pm::Location location_;
+    int most_retries_;
     mutable std::unique_ptr<pm::Follower> follower_;
     int frame_ = 0;
 };
@@ -144,8 +149,8 @@ bool is_progressive(const std::string& source) {
     return file && pm::is_model(std::as_bytes(std::span(magic)));
 }
 
-std::unique_ptr<ProgressiveSource> open_progressive(const std::string& source) {
-    if (pm::is_location(source)) return std::make_unique<ServerSource>(source);
+std::unique_ptr<ProgressiveSource> open_progressive(const std::string& source, int most_retries) {
+    if (pm::is_location(source)) return std::make_unique<ServerSource>(source, most_retries);
     return std::make_unique<FileSource>(source);
 }
 

@@ -1,0 +1,233 @@
+// Splat models as they are looked at, from files and while they arrive.
+#include <algorithm>
+#include <limits>
+
+#include "core/error.h"
+#include "core/stopwatch.h"
+#include "scene/budget_painter.h"
+#include "scene/camera_options.h"
+#include "scene/refinement.h"
+#include "scene/stream.h"
+#include "view/refinement_share.h"
+#include "view/subject.h"
+
+namespace view {
+
+namespace {
+
+constexpr int kTrials = 3;  // drawings of a view by each back end, of which the fastest counts
+
+// What the home view costs with a back end.
+double measure_ms(const std::vector<scene::PlacedModel>& models, scene::ModelPainter& painter,
+                  const SubjectOptions& options) {
+    const geom::Camera camera = scene::CameraOptions().camera(
+        scene::bounds_of(models), scene::outline_of(models), double(options.width) / options.height);
+    const geom::View view = geom::make_view(camera, options.width, options.height);
+    scene::DrawOptions draw;
+    draw.kind = options.splat;
+    draw.cut.triangle_px = scene::kTrianglePx;
+    render::Frame frame;
+    double least = std::numeric_limits<double>::infinity();
+    for (int trial = 0; trial < kTrials; ++trial) {
+        core::Stopwatch watch;
+        painter.draw(view, draw, frame);
+        least = std::min(least, watch.lap_ms());
+    }
+    return least;
+}
+
+struct Chosen {
+    std::unique_ptr<scene::ModelPainter> painter;
+    std::string description;
+};
+
+// `automatic` is taken at its word here: where there is a graphics processor, what is measured to be faster.
+Chosen choose_painter(const std::vector<scene::PlacedModel>& models, const SubjectOptions& options) {
+    const auto chosen = [&](scene::Backend backend) {
+        std::string description = backend.name + ": " + backend.is;
+        return Chosen{std::make_unique<scene::ModelPainter>(models, std::move(backend.painter)),
+                      std::move(description)};
+    };
+    Chosen first = chosen(scene::open_backend(options.backend));
+    if (options.backend != scene::BackendKind::automatic || first.description.starts_with("cpu"))
+        return first;
+    Chosen cpu = chosen(scene::open_backend(scene::BackendKind::cpu));
+    const double first_ms = measure_ms(models, *first.painter, options),
+                 cpu_ms = measure_ms(models, *cpu.painter, options);
+    Chosen& faster = cpu_ms < first_ms ? cpu : first;
+    faster.description += core::text(" (%.1f ms a frame, the other %.1f)", std::min(cpu_ms, first_ms),
+                                     std::max(cpu_ms, first_ms));
+    return std::move(faster);
+}
+
+class Splats final : public Subject {
+  public:
+    Splats(const std::vector<scene::Source>& sources, const SubjectOptions& options)
+        : models_(sources, options.cache, {true, true}),
+          kind_(options.splat),
+          chosen_(choose_painter(models_.placed(), options)) {
+        if (models_.remote()) stream_.emplace(models_.placed(), *models_.remote(), scene::StreamOptions());
+    }
+
+    geom::Sphere bounds() const override { return scene::bounds_of(models_.placed()); }
+    std::vector<geom::Sphere> outline() const override { return scene::outline_of(models_.placed()); }
+    std::string describe() const override { return chosen_.description; }
+
+    PictureReport draw(const Wish& wish, render::Frame& frame) override;
+    void draw_part(const geom::View& view, const Wish& wish, render::Frame& frame) override;
+    bool has_more(const Wish& wish) override;
+    bool is_arriving() const override { return stream_.has_value(); }
+
+  private:
+    scene::DrawOptions options_for(const Wish& wish) const;
+    std::optional<double> next_threshold() const;
+    scene::DrawReport draw_in_time(const geom::View& view, const Wish& wish, scene::DrawOptions& options,
+                                   render::Frame& frame);
+    void begin_streaming(const geom::View& view, const Wish& wish, const scene::DrawOptions& options);
+    void end_streaming(const scene::DrawReport& drawn);
+    bool has_arrived();
+    void lose(const core::Error& error);
+    void collect_news();
+    PictureReport report(const scene::DrawReport& drawn) const;
+
+    scene::Models models_;
+    render::SplatKind kind_;
+    Chosen chosen_;
+    std::optional<scene::BudgetPainter> budget_painter_;
+    double budget_ms_ = 0;
+    std::optional<scene::Stream> stream_;
+    std::optional<scene::StreamReport> streamed_;
+    std::string trouble_;
+    bool idle_is_asked_ = false;  // for what may be wanted later
+    // Of the last picture.
+    std::optional<Wish> last_;
+    double threshold_px_ = 0;
+    splat::CutCounts counts_{};
+};
+
+scene::DrawOptions Splats::options_for(const Wish& wish) const {
+    scene::DrawOptions options;
+    options.cut.threshold_px = wish.threshold_px;
+    options.cut.triangle_px = scene::kTrianglePx;
+    options.kind = kind_;
+    options.look = wish.look;
+    return options;
+}
+
+std::optional<double> Splats::next_threshold() const {
+    return scene::refined_threshold(threshold_px_, last_->threshold_px, counts_);
+}
+
+scene::DrawReport Splats::draw_in_time(const geom::View& view, const Wish& wish, scene::DrawOptions& options,
+                                       render::Frame& frame) {
+    if (!budget_painter_ || budget_ms_ != wish.budget_ms) {
+        budget_ms_ = wish.budget_ms;
+        budget_painter_.emplace(*chosen_.painter, budget_ms_);
+    }
+    return budget_painter_->draw(view, options, frame);
+}
+
+PictureReport Splats::draw(const Wish& wish, render::Frame& frame) {
+    const geom::View view = geom::make_view(wish.camera, wish.width, wish.height);
+    scene::DrawOptions options = options_for(wish);
+    const bool is_new = !last_ || !show_the_same(*last_, wish);
+    if (!is_new) options.cut.threshold_px = next_threshold().value_or(threshold_px_);
+    begin_streaming(view, wish, options);
+    const scene::DrawReport drawn =
+        is_new ? draw_in_time(view, wish, options, frame) : chosen_.painter->draw(view, options, frame);
+    last_ = wish;
+    threshold_px_ = options.cut.threshold_px;
+    counts_ = drawn.counts;
+    end_streaming(drawn);
+    return report(drawn);
+}
+
+void Splats::draw_part(const geom::View& view, const Wish& wish, render::Frame& frame) {
+    chosen_.painter->draw(view, options_for(wish), frame);
+}
+
+void Splats::begin_streaming(const geom::View& view, const Wish& wish, const scene::DrawOptions& options) {
+    if (!stream_) return;
+    scene::DrawOptions asked = options;
+    // What to ask for is found by drawing: while the camera moves, no finer than is drawn.
+    if (wish.is_moving) asked.cut.threshold_px = std::max(options.cut.threshold_px, threshold_px_);
+    std::vector<geom::View> views{view};
+    // What is under the lens is asked for as it is seen there, where it owns more pixels.
+    if (wish.lens) views.push_back(view_of(*wish.lens, view));
+    try {
+        stream_->show(std::move(views), asked,
+                      wish.is_moving ? std::optional(stream_->elapsed_s()) : std::nullopt);
+    } catch (const core::Error& error) {
+        lose(error);
+    }
+}
+
+void Splats::end_streaming(const scene::DrawReport& drawn) {
+    if (!stream_) return;
+    try {
+        streamed_ = stream_->look(*chosen_.painter, drawn);
+        idle_is_asked_ = false;
+        collect_news();
+    } catch (const core::Error& error) {
+        lose(error);
+    }
+}
+
+// What is there can be drawn still.
+void Splats::lose(const core::Error& error) {
+    trouble_ = error.what();
+    stream_.reset();
+}
+
+void Splats::collect_news() {
+    for (std::string& line : models_.remote()->news()) trouble_ = std::move(line);
+}
+
+bool Splats::has_arrived() {
+    if (!stream_) return false;
+    try {
+        // What owns no pixel yet, and what may be seen next, is asked for once nothing else is to be done.
+        if (streamed_ && streamed_->visible_blocks_missing == 0 && !idle_is_asked_) {
+            stream_->wait_until(stream_->elapsed_s() + 1e-3);
+            idle_is_asked_ = true;
+        }
+        const bool has_come = models_.remote()->wait(0);
+        if (has_come) idle_is_asked_ = false;
+        return has_come && streamed_ && streamed_->visible_blocks_missing > 0;
+    } catch (const core::Error& error) {
+        lose(error);
+        return true;
+    }
+}
+
+bool Splats::has_more(const Wish& wish) {
+    const bool has_come = has_arrived();
+    return has_come || (!wish.is_moving && last_ && next_threshold().has_value());
+}
+
+PictureReport Splats::report(const scene::DrawReport& drawn) const {
+    PictureReport r;
+    r.threshold_px = threshold_px_;
+    r.error_bound_px = drawn.counts.error_bound_px;
+    r.splats = drawn.counts.splats;
+    r.triangles = drawn.counts.triangles;
+    r.bytes_touched = drawn.bytes_touched;
+    r.draw_ms = drawn.traverse_ms + drawn.draw_ms;
+    r.is_final = !next_threshold();
+    r.refinement = r.is_final ? 1 : refinement_share(threshold_px_, last_->threshold_px);
+    r.trouble = trouble_;
+    if (streamed_) {
+        r.arrival = {streamed_->network.bytes, streamed_->visible_blocks_missing, streamed_->hit_rate};
+        r.is_final = r.is_final && (streamed_->visible_blocks_missing == 0 || !stream_);
+    }
+    return r;
+}
+
+}  // namespace
+
+std::unique_ptr<Subject> open_splats(const std::vector<scene::Source>& sources,
+                                     const SubjectOptions& options) {
+    return std::make_unique<Splats>(sources, options);
+}
+
+}  // namespace view

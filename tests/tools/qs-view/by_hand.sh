@@ -1,0 +1,61 @@
+# A model is opened, turned, looked at from near by, coloured, magnified, recorded and left, as by hand; what is seen is
+# what qs-render draws.
+source "$QS_SOURCE/tests/tools/qs-view/display.bash"
+cp "$QS_DATA/bumpy.qs" .
+start_display
+start_viewer bumpy.qs --resolution 320,240
+then_says 0 "picture complete"
+before=$(said "wrote")
+press_keys s
+then_says "$before" "wrote qs-view-0001.png"
+qs-render bumpy.qs --resolution 320,240 -o first.png
+cmp qs-view-0001.png first.png && echo "the first picture is that of qs-render"
+
+# Recorded: a turn, let go in motion, and a step towards what is under the mouse.
+press_keys r
+before=$(said "picture complete")
+xdotool mousemove 160 120 mousedown 1
+for ((i = 0; i < 6; ++i)); do xdotool mousemove_relative 8 3 sleep 0.02; done
+xdotool mouseup 1 sleep 0.2 key space mousemove 150 110 click 4 click 4
+then_says "$before" "picture complete"
+press_keys r
+wait_for test -s qs-view-0001.jsonl
+press_keys s
+wait_for test -s qs-view-0002.png
+frames=$(wc -l < qs-view-0001.jsonl)
+((frames > 5)) && echo "a path was recorded"
+qs-render bumpy.qs --path qs-view-0001.jsonl --frames $((frames - 1)): --resolution 320,240 -o last-%d.png
+cmp qs-view-0002.png last-$((frames - 1)).png && echo "its last picture is that of qs-render"
+cmp -s qs-view-0001.png qs-view-0002.png || echo "and is another one than the first"
+
+# What the camera was at a saved view it is again after going home.
+camera() { # COMMAND... prints the camera, which standard output has one line more of
+    local lines
+    lines=$(wc -l < view.out)
+    press_keys p
+    until (($(wc -l < view.out) > lines)); do sleep 0.02; done
+    tail -n 1 view.out
+}
+saved=$(camera)
+press_keys ctrl+1 h
+[[ $(camera) != "$saved" ]] && echo "home is elsewhere"
+press_keys 1
+[[ $(camera) == "$saved" ]] && echo "the saved view is gone back to"
+
+# What the window shows, by its colours: the legend's red is nowhere else.
+shows() { # R G B: whether the window has so coloured pixels
+    ffmpeg -v error -y -f x11grab -video_size 320x240 -i "$DISPLAY+0,0" -frames:v 1 -f rawvideo -pix_fmt rgb24 window.rgb
+    python3 -c 'import sys
+data = open("window.rgb", "rb").read()
+colour = bytes(map(int, sys.argv[1:]))
+sys.exit(not any(data[i:i + 3] == colour for i in range(0, len(data), 3)))' "$@"
+}
+shows 220 60 50 || echo "no legend yet"
+press_keys c
+wait_for shows 220 60 50 && echo "colours have a legend"
+# The rim of the glass.
+xdotool mousemove 160 120 keydown m
+wait_for shows 204 204 204 && echo "the glass is there while M is held"
+xdotool keyup m
+press_keys q
+end_viewer

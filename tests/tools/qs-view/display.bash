@@ -1,0 +1,34 @@
+# For the cases of qs-view: a display without a screen, a viewer in it, and the hands of a user.  All are ended with the
+# case.
+source "$QS_SOURCE/tests/tools/qs-fetch/servers.bash"
+needs Xvfb xdotool
+
+start_display() {
+    Xvfb -displayfd 3 -screen 0 640x480x24 -nolisten tcp 3> display > xvfb.log 2>&1 &
+    started+=($!)
+    wait_for test -s display
+    export DISPLAY=:$(< display) LIBGL_ALWAYS_SOFTWARE=1
+}
+
+# Its messages are in view.err.
+start_viewer() { # ARGUMENTS...
+    : > view.err
+    qs-view --verbose "$@" > view.out 2> view.err &
+    viewer=$!
+    started+=($viewer)
+    wait_for xdotool search --name "^qs-view"
+}
+
+has_said() { (($(grep -c "$2" view.err) >= $1)); } # TIMES WHAT
+
+# Until it has said so once more than it had before the hands moved.
+said() { grep -c "$1" view.err; }         # WHAT
+then_says() { wait_for has_said $(($1 + 1)) "$2"; } # BEFORE WHAT
+
+# Keys one after the other; what they lead to is waited for by the case.
+press_keys() { xdotool key --delay 30 "$@"; }
+
+end_viewer() {
+    wait $viewer
+    echo "the viewer ends with status $?"
+}
