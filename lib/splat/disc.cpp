@@ -75,14 +75,17 @@ float NestedError(const Node& node, std::span<const Node* const> parts, bool is_
 }
 
 // Nodes [first, first + count) of each group whose spheres, times `part`, touch the one of `node`.
-void Touching(const Spheres& spheres, std::span<const NodeRange> groups, uint32_t node, float part,
-              std::vector<uint32_t>& out) {
-    const hn::CappedTag<float, kSpare> d;
+std::span<const uint32_t> Touching(const Spheres& spheres, std::span<const NodeRange> groups, uint32_t node,
+                                   float part, std::vector<uint32_t>& room) {
+    const hn::CappedTag<float, 8> d;  // a sibling group a vector
     const hn::Rebind<uint32_t, decltype(d)> du;
     using W = hn::Vec<decltype(d)>;
     const W x = hn::Set(d, spheres.x[node]), y = hn::Set(d, spheres.y[node]), z = hn::Set(d, spheres.z[node]),
             radius = hn::Set(d, spheres.radius[node]);
-    size_t count = 0;
+    size_t count = 0, most = kSpare;
+    for (const NodeRange& group : groups) most += group.count;
+    if (room.size() < most) room.resize(2 * most);
+    uint32_t* const out = room.data();
     for (const NodeRange& group : groups)
         for (uint32_t k = 0; k < group.count; k += uint32_t(hn::Lanes(d))) {
             const size_t i = group.first + k;
@@ -92,11 +95,10 @@ void Touching(const Spheres& spheres, std::span<const NodeRange> groups, uint32_
             const W reach = hn::Add(hn::Mul(hn::Set(d, part), hn::LoadU(d, &spheres.radius[i])), radius);
             const auto touching =
                 hn::And(hn::FirstN(d, group.count - k), hn::Lt(Dot(to, to), hn::Mul(reach, reach)));
-            if (out.size() < count + kSpare) out.resize(2 * count + 256);
-            hn::CompressStore(hn::Iota(du, uint32_t(i)), hn::RebindMask(du, touching), du, &out[count]);
+            hn::CompressStore(hn::Iota(du, uint32_t(i)), hn::RebindMask(du, touching), du, out + count);
             count += hn::CountTrue(d, touching);
         }
-    out.resize(count);
+    return {out, count};
 }
 
 }  // namespace HWY_NAMESPACE
@@ -113,9 +115,9 @@ float nested_error(const Node& node, std::span<const Node* const> parts, bool is
     return HWY_DYNAMIC_DISPATCH(NestedError)(node, parts, is_fine);
 }
 
-void touching(const Spheres& spheres, std::span<const NodeRange> groups, uint32_t node, float part,
-              std::vector<uint32_t>& out) {
-    HWY_DYNAMIC_DISPATCH(Touching)(spheres, groups, node, part, out);
+std::span<const uint32_t> touching(const Spheres& spheres, std::span<const NodeRange> ranges, uint32_t node,
+                                   float part, std::vector<uint32_t>& room) {
+    return HWY_DYNAMIC_DISPATCH(Touching)(spheres, ranges, node, part, room);
 }
 
 }  // namespace splat

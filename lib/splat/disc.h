@@ -22,16 +22,10 @@ struct LeafDisc {
     uint32_t flatness;  // code: how finely errors are told apart
 };
 
-// Which faces of a surface were taken last, so that all can be let go at once.
-struct FaceMarks {
-    std::vector<uint32_t> taken;  // by face
-    uint32_t now = 0;
-};
-
 // For each of some leaves that are near each other a bound on the distance of any point of its disc from the
-// surface.  marks: of the same surface, from call to call.
-void leaf_errors(const Surface& surface, std::span<const LeafDisc> discs, FaceMarks& marks,
-                 std::span<float> errors);
+// surface.  Of the surface only the faces' marks are changed; now: 0 before the first call, what the last
+// call left before another.
+void leaf_errors(Surface& surface, std::span<const LeafDisc> discs, uint32_t& now, std::span<float> errors);
 
 // The same of a leaf that is a triangle, inside whose disc its corners are.
 float triangle_error(const Surface& surface, const LeafDisc& disc);
@@ -48,9 +42,9 @@ struct Spheres {
 struct NodeRange {
     uint32_t first, count;
 };
-// Puts into `out` those nodes of the ranges whose spheres, times `part`, touch the one of `node` (which
-// touches itself).
-void touching(const Spheres& spheres, std::span<const NodeRange> ranges, uint32_t node, float part,
-              std::vector<uint32_t>& out);
+// Those nodes of the ranges whose spheres, times `part`, touch the one of `node` (which touches itself).
+// They stand in `room`, which is made larger where it must be, until the next call.
+std::span<const uint32_t> touching(const Spheres& spheres, std::span<const NodeRange> ranges, uint32_t node,
+                                   float part, std::vector<uint32_t>& room);
 
 }  // namespace splat

@@ -32,7 +32,7 @@ namespace {
 
 class ErrorSetter {
   public:
-    ErrorSetter(CodedTree& tree, const Surface& surface, std::span<const uint32_t> leaf_of)
+    ErrorSetter(CodedTree& tree, Surface& surface, std::span<const uint32_t> leaf_of)
         : tree_(tree), surface_(surface), leaf_of_(leaf_of) {}
 
     void run() {
@@ -70,15 +70,15 @@ class ErrorSetter {
     void find_neighbours() {
         family_begin_.assign(tree_.size() + 1, 0);
         families_.clear();
-        std::vector<uint32_t> parent(tree_.size(), 0), near;
+        std::vector<uint32_t> parent(tree_.size(), 0);
         for (uint32_t node = 0; node < tree_.size(); ++node) {
             if (!is_leaf(node)) {
                 const NodeRange own = parts_of(node);
                 for (uint32_t k = 0; k < own.count; ++k) parent[own.first + k] = node;
                 families_.push_back(own);
-                if (node > 0) touching(spheres_, families_of(parent[node]), node, 1, near);
-                for (const uint32_t n : near)
-                    if (n != node) families_.push_back(parts_of(n));
+                if (node > 0)
+                    for (const uint32_t n : touching(spheres_, families_of(parent[node]), node, 1, near_))
+                        if (n != node) families_.push_back(parts_of(n));
             }
             family_begin_[node + 1] = uint32_t(families_.size());
         }
@@ -94,15 +94,14 @@ class ErrorSetter {
         parts_.clear();
         for (uint32_t k = 0; k < families[0].count; ++k)
             parts_.push_back(&tree_.decoded[families[0].first + k]);
-        touching(spheres_, families.subspan(1), node, kNear, near_);
-        for (const uint32_t n : near_) parts_.push_back(&tree_.decoded[n]);
+        for (const uint32_t n : touching(spheres_, families.subspan(1), node, kNear, near_))
+            parts_.push_back(&tree_.decoded[n]);
         return nested_error(tree_.decoded[node], parts_, false) * kRoundUp;
     }
 
     // Where a leaf's own faces say little its neighbours' discs say more: by what theirs have said.
     void set_leaf_errors() {
         std::vector<std::pair<uint32_t, float>> better;
-        marks_.taken.assign(surface_.faces.size(), 0);
         for (const CodedTree::Group& group : tree_.groups)
             surface_.has_triangles() ? set_triangle_errors(group) : set_group_errors(group);
         // Discs of triangles reach over their rims as far as those beside them do, and say little of these:
@@ -122,8 +121,7 @@ class ErrorSetter {
 
     float error_by_others(uint32_t leaf, uint32_t parent) {
         parts_.clear();
-        touching(spheres_, families_of(parent), leaf, 1, near_);
-        for (const uint32_t n : near_)
+        for (const uint32_t n : touching(spheres_, families_of(parent), leaf, 1, near_))
             if (n != leaf && is_leaf(n)) parts_.push_back(&tree_.decoded[n]);
         return nested_error(tree_.decoded[leaf], parts_, true) * kRoundUp;
     }
@@ -138,7 +136,7 @@ class ErrorSetter {
             nodes[count++] = node;
         }
         float errors[kMaxFanOut];
-        leaf_errors(surface_, {discs, count}, marks_, errors);
+        leaf_errors(surface_, {discs, count}, now_, errors);
         for (size_t k = 0; k < count; ++k) {
             const float radius = discs[k].radius,
                         to_vertex =
@@ -164,9 +162,9 @@ class ErrorSetter {
     }
 
     CodedTree& tree_;
-    const Surface& surface_;
+    Surface& surface_;
     const std::span<const uint32_t> leaf_of_;
-    FaceMarks marks_;
+    uint32_t now_ = 0;  // for leaf_errors()
     Spheres spheres_;
     std::vector<uint32_t> family_begin_, near_;  // by node
     std::vector<NodeRange> families_;
@@ -175,7 +173,7 @@ class ErrorSetter {
 
 }  // namespace
 
-void set_errors(CodedTree& tree, const Surface& surface, std::span<const uint32_t> leaf_of) {
+void set_errors(CodedTree& tree, Surface& surface, std::span<const uint32_t> leaf_of) {
     ErrorSetter(tree, surface, leaf_of).run();
 }
 

@@ -121,7 +121,7 @@ class Patch {
     // down: where faces are not as far up or down as this, such edges need not be looked for.
     static constexpr float kSteep = 0.19f;
 
-    Patch(const Surface& surface, FaceMarks& marks) : surface_(surface), marks_(marks) {}
+    Patch(Surface& surface, uint32_t& now) : surface_(surface), now_(now) {}
 
     // Takes the faces about the leaves of some discs, no more than kMost, and those beyond their edges, until
     // no edge at the rim comes near a disc, or there are kMost.
@@ -274,7 +274,7 @@ class Patch {
         for (const LeafDisc& disc : discs)
             reach = std::max(reach, float(glm::length(disc.centre - centre_)) + disc.radius);
         reach *= kRoom;
-        marks_.now += 2;
+        now_ += 2;
         count_ = 0, has_rim_ = normal != nullptr;
         for (const LeafDisc& disc : discs)
             for (uint32_t k = surface_.fan_begin[disc.leaf]; k < surface_.fan_begin[disc.leaf + 1]; ++k)
@@ -294,12 +294,13 @@ class Patch {
     // Marks are now - 1 of faces that were looked at, and in find_rim() now of those that were taken.
     void append(uint32_t face) {
         face_[count_] = face;
-        count_ += marks_.taken[face] < marks_.now - 1;
-        marks_.taken[face] = marks_.now - 1;
+        uint32_t& mark = surface_.faces[face].mark;
+        count_ += mark < now_ - 1;
+        mark = now_ - 1;
     }
 
     glm::vec3 corner(uint32_t face, int k) const {
-        return glm::vec3(surface_.at[surface_.faces[face][k]] - centre_);
+        return glm::vec3(surface_.at[surface_.faces[face].corner[k]] - centre_);
     }
     void place(size_t i) {
         for (int k = 0; k < 3; ++k) faces_.set(size_t(k), i, corner(face_[i], k));
@@ -335,7 +336,7 @@ class Patch {
         edges &= ((uint64_t(1) << count) - 1) * 0x100010001u;
         for (; edges; edges &= edges - 1) {
             const auto at = unsigned(__builtin_ctzll(edges));
-            const uint32_t against = surface_.against[Surface::side_of(face_[first + at % 16], at / 16)];
+            const uint32_t against = surface_.faces[face_[first + at % 16]].against[at / 16];
             if (against == Surface::kNone)
                 has_rim_ = true;
             else
@@ -344,20 +345,20 @@ class Patch {
     }
 
     HWY_NOINLINE void find_rim() {
-        for (size_t i = 0; i < count_; ++i) marks_.taken[face_[i]] = marks_.now;
+        for (size_t i = 0; i < count_; ++i) surface_.faces[face_[i]].mark = now_;
         for (size_t i = 0; i < count_; ++i) {
             int edges = 0;
             for (uint32_t k = 0; k < 3; ++k) {
-                const uint32_t against = surface_.against[Surface::side_of(face_[i], k)];
-                if (against == Surface::kNone || marks_.taken[Surface::face_of(against)] != marks_.now)
+                const uint32_t against = surface_.faces[face_[i]].against[k];
+                if (against == Surface::kNone || surface_.faces[Surface::face_of(against)].mark != now_)
                     edges |= 1 << k;
             }
             rim_[i] = float(edges);
         }
     }
 
-    const Surface& surface_;
-    FaceMarks& marks_;
+    Surface& surface_;
+    uint32_t& now_;
     glm::dvec3 centre_{0};
     size_t count_ = 0;
     bool has_rim_ = false;            // near a disc
@@ -457,8 +458,8 @@ HWY_NOINLINE float LoneError(const Surface& surface, const LeafDisc& disc, Patch
 // or down than the faces that meet the disc go.  Where they fold over or end, each leaf has its own patch of
 // faces that do not fold over; where it ends over the disc, it is the distance from its rim, or to the faces
 // near the leaf.
-void LeafErrors(const Surface& surface, std::span<const LeafDisc> discs, FaceMarks& marks, float* errors) {
-    Patch patch(surface, marks);
+void LeafErrors(Surface& surface, std::span<const LeafDisc> discs, uint32_t& now, float* errors) {
+    Patch patch(surface, now);
     size_t faces = 0;
     bool is_closed = true;
     for (const LeafDisc& disc : discs)
@@ -611,9 +612,8 @@ namespace splat {
 HWY_EXPORT(LeafErrors);
 HWY_EXPORT(TriangleError);
 
-void leaf_errors(const Surface& surface, std::span<const LeafDisc> discs, FaceMarks& marks,
-                 std::span<float> errors) {
-    HWY_DYNAMIC_DISPATCH(LeafErrors)(surface, discs, marks, errors.data());
+void leaf_errors(Surface& surface, std::span<const LeafDisc> discs, uint32_t& now, std::span<float> errors) {
+    HWY_DYNAMIC_DISPATCH(LeafErrors)(surface, discs, now, errors.data());
 }
 
 float triangle_error(const Surface& surface, const LeafDisc& disc) {

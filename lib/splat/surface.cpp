@@ -20,6 +20,7 @@ namespace {
 struct Faces {
     std::vector<double> p[3], q[3], cross[3];  // cross: p x q
     std::vector<float> normal[3];              // unit; 0 for a face without area
+    std::vector<float> to_p[3], to_q[3];       // half the way
     // Corners of the share beside 0 and p / 2 (and q / 2, which is another face's p / 2 where the fan is
     // closed).
     std::vector<float> first[3], second[3];
@@ -28,10 +29,18 @@ struct Faces {
     void resize(size_t n) {
         for (auto* channels : {p, q, cross})
             for (int k = 0; k < 3; ++k) channels[k].resize(n);
-        for (auto* channels : {normal, first, second})
+        for (auto* channels : {normal, to_p, to_q, first, second})
             for (int k = 0; k < 3; ++k) channels[k].resize(n);
         corners.resize(n);
     }
+};
+
+// A leaf's among them: `count` from `first` on; `siblings` leaves from `sibling` on are its group.
+struct LeafFaces {
+    const glm::u32vec2* fan;
+    size_t first;
+    uint32_t count, sibling, siblings;
+    bool is_closed;
 };
 
 constexpr uint32_t kLone = ~0u;
@@ -87,6 +96,8 @@ void ShareOut(Faces& faces, size_t count) {
         s = hn::IfThenElse(obtuse, hn::Sub(one, beyond_p), s), t = hn::IfThenElse(obtuse, beyond_p, t);
         s = hn::IfThenZeroElse(obtuse_p, s), t = hn::IfThenElse(obtuse_p, hn::Div(hn::Mul(half, pp), pq), t);
         s = hn::IfThenElse(is_face, s, one), t = hn::IfThenElseZero(is_face, t);
+        store(V3{hn::Mul(half, p.x), hn::Mul(half, p.y), hn::Mul(half, p.z)}, faces.to_p, i);
+        store(V3{hn::Mul(half, q.x), hn::Mul(half, q.y), hn::Mul(half, q.z)}, faces.to_q, i);
         store(sum(s, p, t, q), faces.first, i);
         store(sum(hn::IfThenElseZero(obtuse, beyond_q), p,
                   hn::IfThenElse(obtuse, hn::Sub(one, beyond_q), one), q),
@@ -104,6 +115,51 @@ void ShareOut(Faces& faces, size_t count) {
         const V inverse = hn::IfThenElseZero(has_area, hn::Div(one, length));
         store(V3{hn::Mul(cross.x, inverse), hn::Mul(cross.y, inverse), hn::Mul(cross.z, inverse)},
               faces.normal, i);
+    }
+}
+
+// Behind corners.x[corner] come the leaf's share corners, those that its siblings' hull holds last, behind
+// normals.x[normal] its faces' unit normals; these are moved on.
+void AddFaces(const Faces& faces, const LeafFaces& leaf, Surface& out, uint32_t& corner, uint32_t& rim_end,
+              uint32_t& normal) {
+    const hn::CappedTag<float, kSpare> d;
+    const hn::Rebind<uint32_t, decltype(d)> du;
+    const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    const auto sibling = hn::Set(du, leaf.sibling), siblings = hn::Set(du, leaf.siblings);
+    using M = hn::Mask<decltype(d)>;
+    const auto put = [&](const std::vector<float>* from, size_t at, M mask, PointArrays& to, uint32_t& end)
+                         HWY_ATTR {
+                             hn::StoreU(hn::Compress(hn::LoadU(d, &from[0][at]), mask), d, &to.x[end]);
+                             hn::StoreU(hn::Compress(hn::LoadU(d, &from[1][at]), mask), d, &to.y[end]);
+                             hn::StoreU(hn::Compress(hn::LoadU(d, &from[2][at]), mask), d, &to.z[end]);
+                             end += uint32_t(hn::CountTrue(d, mask));
+                         };
+    for (const bool is_inside : {false, true}) {
+        for (uint32_t k = 0; k < leaf.count; k += uint32_t(hn::Lanes(d))) {
+            const size_t at = leaf.first + k;
+            hn::Vec<decltype(du)> p, q;
+            hn::LoadInterleaved2(du, &leaf.fan[k].x, p, q);
+            const auto valid = hn::FirstN(d, leaf.count - k);
+            const M to_p = hn::RebindMask(d, hn::Lt(hn::Sub(p, sibling), siblings)),
+                    to_q = hn::RebindMask(d, hn::Lt(hn::Sub(q, sibling), siblings));
+            const auto wanted = [&](M inside) HWY_ATTR {
+                return is_inside ? hn::And(inside, valid) : hn::AndNot(inside, valid);
+            };
+            put(faces.to_p, at, wanted(to_p), out.corners, corner);
+            if (!leaf.is_closed) put(faces.to_q, at, wanted(to_q), out.corners, corner);
+            const M among = wanted(hn::And(to_p, to_q));
+            const auto corners = hn::LoadU(d, &faces.corners[at]);
+            put(faces.first, at, hn::And(among, hn::Gt(corners, zero)), out.corners, corner);
+            put(faces.second, at, hn::And(among, hn::Gt(corners, one)), out.corners, corner);
+        }
+        if (!is_inside) rim_end = corner;
+    }
+    for (uint32_t k = 0; k < leaf.count; k += uint32_t(hn::Lanes(d))) {
+        const size_t at = leaf.first + k;
+        const M has_area = hn::Or(hn::Ne(hn::LoadU(d, &faces.normal[0][at]), zero),
+                                  hn::Or(hn::Ne(hn::LoadU(d, &faces.normal[1][at]), zero),
+                                         hn::Ne(hn::LoadU(d, &faces.normal[2][at]), zero)));
+        put(faces.normal, at, hn::And(has_area, hn::FirstN(d, leaf.count - k)), out.face_normals, normal);
     }
 }
 
@@ -140,6 +196,7 @@ HWY_AFTER_NAMESPACE();
 namespace splat {
 
 HWY_EXPORT(ShareOut);
+HWY_EXPORT(AddFaces);
 HWY_EXPORT(MatchFan);
 
 namespace {
@@ -179,7 +236,7 @@ class Gatherer {
         for (const glm::u32vec3& c : faces) ++to[lowest(c) + 1];
         std::partial_sum(to.begin(), to.end(), to.begin());
         out_.faces.resize(faces.size());
-        for (const glm::u32vec3& c : faces) out_.faces[to[lowest(c)]++] = c;
+        for (const glm::u32vec3& c : faces) out_.faces[to[lowest(c)]++].corner = c;
     }
 
     // Open addressing: strangers are few, and looked up often.
@@ -211,13 +268,13 @@ class Gatherer {
 
     void gather_fans() {
         out_.fan_begin.assign(out_.at.size() + 1, 0);
-        for (const glm::u32vec3& c : out_.faces)
-            for (int k = 0; k < 3; ++k) ++out_.fan_begin[c[k] + 1];
+        for (const Surface::Face& face : out_.faces)
+            for (int k = 0; k < 3; ++k) ++out_.fan_begin[face.corner[k] + 1];
         for (size_t i = 0; i < out_.at.size(); ++i) out_.fan_begin[i + 1] += out_.fan_begin[i];
         out_.fan.resize(out_.fan_begin.back() + kSpare), out_.fan_side.resize(out_.fan_begin.back());
         std::vector<uint32_t> to(out_.fan_begin.begin(), out_.fan_begin.end() - 1);
         for (uint32_t f = 0; f < out_.faces.size(); ++f) {
-            const glm::u32vec3& c = out_.faces[f];
+            const glm::u32vec3& c = out_.faces[f].corner;
             for (uint32_t k = 0; k < 3; ++k) {
                 const uint32_t entry = to[c[k]]++;
                 out_.fan[entry] = {c[(k + 1) % 3], c[(k + 2) % 3]};
@@ -231,7 +288,6 @@ class Gatherer {
     // from there.
     void match_sides() {
         out_.is_closed.resize(out_.count);
-        out_.against.resize(4 * out_.faces.size());
         std::vector<uint32_t> match;
         for (uint32_t i = 0; i < out_.at.size(); ++i) {
             const uint32_t begin = out_.fan_begin[i], count = out_.valence(i);
@@ -239,9 +295,12 @@ class Gatherer {
             const bool is_closed = HWY_DYNAMIC_DISPATCH(MatchFan)(&out_.fan[begin], count, match.data());
             if (i < out_.count) out_.is_closed[i] = is_closed;
             for (uint32_t k = 0; k < count; ++k)
-                out_.against[out_.fan_side[begin + k]] =
-                    match[k] == kLone ? Surface::kNone : incoming(out_.fan_side[begin + match[k]]);
+                if (match[k] != kLone)
+                    set_against(out_.fan_side[begin + k], incoming(out_.fan_side[begin + match[k]]));
         }
+    }
+    void set_against(uint32_t side, uint32_t other) {
+        out_.faces[Surface::face_of(side)].against[side % 4] = other;
     }
     // Of a face, the edge before one.
     static uint32_t incoming(uint32_t side) { return side % 4 == 0 ? side + 2 : side - 1; }
@@ -249,10 +308,10 @@ class Gatherer {
     void reserve() {
         const size_t faces = out_.fan_begin[out_.count];
         out_.corners.resize(in_.cloud_radii.empty() ? out_.count + 2 * faces : out_.count * (kDisc + 1));
-        out_.face_normals.resize(faces + 2 * size_t(out_.count));
+        out_.face_normals.resize(faces + 2 * size_t(out_.count) + kSpare);
         out_.corner_begin.assign(1, 0), out_.normal_begin.assign(1, 0);
         out_.corner_begin.reserve(out_.count + 1), out_.normal_begin.reserve(out_.count + 1),
-            out_.normal.reserve(out_.count);
+            out_.rim_end.reserve(out_.count), out_.normal.reserve(out_.count);
         out_.colour_sum.assign(1, glm::u64vec3(0)), out_.colour_sum.reserve(out_.count + 1);
     }
 
@@ -273,7 +332,8 @@ class Gatherer {
                     faces_.p[axis][k - first] = p[axis], faces_.q[axis][k - first] = q[axis];
             }
         HWY_DYNAMIC_DISPATCH(ShareOut)(faces_, count);
-        const size_t most = out_.corner_begin.back() + (kDisc + 1) * size_t(end - begin) + 4 * size_t(count);
+        const size_t most =
+            out_.corner_begin.back() + (kDisc + 1) * size_t(end - begin) + 4 * size_t(count) + kSpare;
         if (out_.corners.size() < most) out_.corners.resize(most + most / 4);
         for (uint32_t i = begin; i < end; ++i) gather_leaf(i, first);
         return end;
@@ -292,6 +352,7 @@ class Gatherer {
             }
         }
         if (normal_at_ == out_.normal_begin.back()) add_normal(unit_or(normal, {0, 0, 1}));
+        out_.rim_end.push_back(in_.cloud_radii.empty() ? rim_end_ : corner_at_);
         out_.corner_begin.push_back(corner_at_), out_.normal_begin.push_back(normal_at_);
         out_.normal.push_back(normal);
         out_.colour_sum.push_back(out_.colour_sum.back() +
@@ -303,22 +364,17 @@ class Gatherer {
 
     // Share corners and face normals of leaf i; returns the area-weighted normal.
     glm::dvec3 add_faces(uint32_t i, uint32_t first_face) {
-        glm::dvec3 sum(0);
         add_corner(glm::vec3(0));
-        const auto get = [](const auto* channels, size_t k) {
-            return glm::vec<3, std::decay_t<decltype(channels[0][0])>>(channels[0][k], channels[1][k],
-                                                                       channels[2][k]);
-        };
-        for (uint32_t face = out_.fan_begin[i]; face < out_.fan_begin[i + 1]; ++face) {
-            const size_t k = face - first_face;
-            add_corner(0.5f * glm::vec3(get(faces_.p, k)));
-            if (!out_.is_closed[i]) add_corner(0.5f * glm::vec3(get(faces_.q, k)));
-            if (faces_.corners[k] > 0) add_corner(get(faces_.first, k));
-            if (faces_.corners[k] > 1) add_corner(get(faces_.second, k));
-            const glm::vec3 normal = get(faces_.normal, k);
-            if (normal != glm::vec3(0)) add_normal(normal);
-            sum += get(faces_.cross, k);
-        }
+        const uint32_t begin = out_.fan_begin[i], sibling = Surface::first_sibling(i);
+        const size_t first = begin - first_face;
+        HWY_DYNAMIC_DISPATCH(AddFaces)
+        (faces_,
+         {&out_.fan[begin], first, out_.valence(i), sibling,
+          std::min(uint32_t(kMaxFanOut), out_.count - sibling), out_.is_closed[i] != 0},
+         out_, corner_at_, rim_end_, normal_at_);
+        glm::dvec3 sum(0);
+        for (size_t k = first; k < first + out_.valence(i); ++k)
+            sum += glm::dvec3(faces_.cross[0][k], faces_.cross[1][k], faces_.cross[2][k]);
         return sum;
     }
 
@@ -354,6 +410,7 @@ class Gatherer {
     std::vector<uint32_t> strangers_;
     Faces faces_;
     uint32_t corner_at_ = 0, normal_at_ = 0;
+    uint32_t rim_end_ = 0;
 };
 
 }  // namespace

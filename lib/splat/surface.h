@@ -58,14 +58,20 @@ struct Surface {
     std::vector<glm::u32vec2> fan;
     std::vector<uint32_t> fan_side;  // by entry of the fan: the edge of its face that goes out to p
     std::vector<uint8_t> is_closed;  // by leaf: do the faces go round it?
-    // Faces by their corners' numbers, and for each edge the one of another face that runs against it, or
-    // kNone where there is none or more than one.  Edge `side_of(f, k)` goes from corner k of face f to the
-    // next.
+    // What is looked at face by face, in one line of memory.
     static constexpr uint32_t kNone = ~0u;
-    std::vector<glm::u32vec3> faces;
-    std::vector<uint32_t> against;  // by side
-    // What an ellipsoid must hold to cover the leaf's shares, relative to the leaf.
-    std::vector<uint32_t> corner_begin;
+    struct alignas(32) Face {
+        glm::u32vec3 corner{0};  // numbers
+        uint32_t mark = 0;       // for leaf_errors(): when the face was looked at last
+        // For each edge the one of another face that runs against it, or kNone where there is none or more
+        // than one.  Edge `side_of(f, k)` goes from corner k of face f to the next.
+        uint32_t against[3] = {kNone, kNone, kNone};
+    };
+    std::vector<Face> faces;
+    // What an ellipsoid must hold to cover the leaf's shares, relative to the leaf.  Those behind rim_end are
+    // within the hull of what the leaf's siblings (the kMaxFanOut from a multiple of it on) have before
+    // theirs: a face whose corners are all siblings needs no more than these.
+    std::vector<uint32_t> corner_begin, rim_end;
     PointArrays corners;
     // Unit normals of the faces (and of the vertex, where it has one); at least one a leaf.
     std::vector<uint32_t> normal_begin;
@@ -80,6 +86,7 @@ struct Surface {
 
     bool has_triangles() const { return !triangles.corners.empty(); }
     uint32_t valence(uint32_t i) const { return fan_begin[i + 1] - fan_begin[i]; }
+    static uint32_t first_sibling(uint32_t leaf) { return leaf - leaf % uint32_t(kMaxFanOut); }
 };
 
 Surface gather_surface(const SubtreeInput& input);

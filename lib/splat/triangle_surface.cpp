@@ -131,8 +131,11 @@ class TriangleGatherer {
             const glm::u32vec3 f = faces_[i];
             out_.at.push_back(fans().at[f.x]);
             out_.leaf.push_back(in_.begin + i);
+            uint32_t front = 3 * i, back = front + 3;  // corners that siblings before have stand last
             for (int k = 0; k < 3; ++k)
-                out_.corners.set(3 * i + uint32_t(k), glm::vec3(edge(f.x, f[k]) * leaves_.step));
+                out_.corners.set(is_of_sibling_before(i, f[k]) ? --back : front++,
+                                 glm::vec3(edge(f.x, f[k]) * leaves_.step));
+            out_.rim_end.push_back(back);
             out_.corner_begin.push_back(3 * (i + 1));
             uint32_t normals = out_.normal_begin.back();
             const glm::dvec3 n = normal_[i];
@@ -143,6 +146,12 @@ class TriangleGatherer {
             out_.normal.push_back(n * (leaves_.step * leaves_.step));
             out_.colour_sum.push_back(out_.colour_sum.back() + glm::u64vec3(colour_of(f)));
         }
+    }
+
+    bool is_of_sibling_before(uint32_t leaf, uint32_t vertex) const {
+        for (uint32_t i = Surface::first_sibling(leaf); i < leaf; ++i)
+            if (faces_[i].x == vertex || faces_[i].y == vertex || faces_[i].z == vertex) return true;
+        return false;
     }
 
     bool is_smooth(uint32_t i) const {
