@@ -17,7 +17,7 @@ struct Arguments {
     std::array<double, 2> resolution = {1280, 720};
     int64_t frame = -1, retries = 5;
     double timeout_ms = 60'000;
-    bool fetches_all = false, lists = false;
+    bool fetches_all = false, lists = false, is_one_way = false, sends_lists = false;
     pm::FollowOptions follow;
 };
 
@@ -48,8 +48,11 @@ void fetch(const Arguments& a, const pm::Location& location) {
         throw core::UsageError(
             core::text("--frame: %d is beyond the path's %zu frames", wanted_frame, cameras.size()));
     core::Report report({a.path, a.resume}, {a.output, a.state});
+    auto state = earlier_state(a);
+    if (state && state->service() != a.follow.service)
+        throw core::UsageError("--resume: give --one-way or --lists where the state was kept with it");
     pm::Follower follower(pm::connector(location.address, a.follow.timeout_s), location.name, a.follow,
-                          earlier_state(a));
+                          std::move(state));
     core::Progress progress("frame", cameras.size());
     for (size_t i = 0; i != cameras.size(); ++i) {
         std::optional<double> next_time_s;
@@ -84,6 +87,8 @@ void run(Arguments& a) {
             throw core::UsageError("--resolution: sides are whole numbers of pixels, from 1 to 65536");
     a.follow.width = int(a.resolution[0]), a.follow.height = int(a.resolution[1]);
     a.follow.most_retries = int(a.retries);
+    if (a.is_one_way) a.follow.service = pm::Service::one_way;
+    if (a.sends_lists) a.follow.service = pm::Service::lists;
     if (a.fetches_all) a.follow.culling = pm::Culling::off, a.follow.threshold_px = 0;
     if (a.output == "-") core::refuse_binary_to_terminal(true);
     fetch(a, location);
@@ -101,15 +106,20 @@ int main(int argc, char** argv) {
         ->type_name("FILE");
     program.options.add_flag("--all", a.fetches_all, "Fetch the whole model instead");
     program.options.add_flag("--list", a.lists, "Print what the server has, as JSON");
+    auto* one_way = program.options.add_flag("--one-way", a.is_one_way,
+                                             "Never coarsen: splits come without their bounds");
+    program.options.add_flag("--lists", a.sends_lists, "Say what to split, and not what is looked at")
+        ->excludes(one_way);
     program.add_numbers("--resolution", a.resolution, "W,H", "Pixels of the pictures that the mesh is for");
     program.add_number("--threshold", a.follow.threshold_px, 0, 1e6, "pixels",
                        "Refine where the error is larger");
-    program.options.add_flag("--real-time", a.follow.in_real_time,
+    program.options.add_flag("--realtime", a.follow.in_real_time,
                              "Send views at the path's times, complete or not");
     program.options
         .add_option("-o,--output", a.output, "PLY to write, the mesh of a frame; - is standard output")
         ->type_name("FILE");
-    program.add_integer("--frame", a.frame, 0, 1'000'000'000, "Which frame's, from 0 (default: the last)");
+    program.add_integer("--frame", a.frame, 0, 1'000'000'000, "Which frame's, from 0")
+        ->default_str("the last");
     program.options.add_option("--state", a.state, "Keep what was received, for --resume")->type_name("FILE");
     program.options.add_option("--resume", a.resume, "Go on from what --state kept")->type_name("FILE");
     program.add_duration("--timeout", a.timeout_ms, 1, 86'400'000,

@@ -6,16 +6,6 @@
 
 namespace pm {
 
-namespace {
-
-uint16_t mixed(uint16_t check, const VertexData& vertex) {
-    const uint32_t value =
-        check * 31u + vertex.position.x * 7u + vertex.position.y * 5u + vertex.position.z * 3u;
-    return uint16_t(value ^ value >> 16);
-}
-
-}  // namespace
-
 Answer::Answer(const ServedModel& served, SentRecord& record, ServedReplica& replica, const View& view,
                Culling culling)
     : served_(served), record_(record), replica_(replica), sweep_(replica.replica(), view, culling) {
@@ -63,7 +53,7 @@ bool Answer::is_wanted(uint32_t detail) {
     return is_wanted_.at(detail);
 }
 
-Answer::Packet Answer::next(uint32_t most_decisions) {
+Packet Answer::next(uint32_t most_decisions) {
     Packet packet;
     RangeEncoder encoder;
     while (packet.decisions != most_decisions) {
@@ -126,9 +116,7 @@ bool Answer::send_cuts(RangeEncoder& encoder, uint32_t n) {
     code_decision(encoder, record_.models, Decision::cuts);
     code_cuts(encoder, record_.models, ring_, cuts);
     const uint32_t detail = replica_.detail_of(n), needs = have.node(n).needs;
-    std::erase_if(record_.blocked, [&](const SentRecord::Blocked& b) { return b.detail == detail; });
-    if (needs != kNone && replica_.detail_of(needs) != kNone)
-        record_.blocked.push_back({detail, replica_.detail_of(needs)});
+    record_.block(detail, needs == kNone ? kNone : replica_.detail_of(needs));
     ++counts_.cuts;
     return true;
 }

@@ -5,31 +5,19 @@
 #include <unordered_map>
 #include <vector>
 
+#include "pm/packet_source.h"
 #include "pm/served_model.h"
 #include "pm/sweep.h"
 
 namespace pm {
 
-struct AnswerCounts {
-    uint64_t splits = 0, cones = 0, cuts = 0, delays = 0, skips = 0;
-};
-
-class Answer {
+class Answer final : public PacketSource {
   public:
     // All of them outlive it.
     Answer(const ServedModel& served, SentRecord& record, ServedReplica& replica, const View& view,
            Culling culling = Culling::on);
 
-    struct Packet {
-        uint32_t decisions = 0;
-        uint16_t check = 0;  // of the splits in it
-        bool is_last = false;
-        std::vector<std::byte> bytes;
-    };
-    // At most so many decisions.  Throws core::Error where the model is damaged.
-    Packet next(uint32_t most_decisions);
-
-    const AnswerCounts& counts() const { return counts_; }
+    Packet next(uint32_t most_decisions) override;
 
   private:
     Verdict verdict(uint32_t detail) const { return sweep_.verdict(served_.model().bounds(detail)); }
@@ -49,7 +37,6 @@ class Answer {
     std::unordered_map<uint32_t, bool> is_wanted_;       // by detail that was asked for by name
     std::unordered_map<uint32_t, uint32_t> delayed_at_;  // by node: splits that were sent when it was put off
     Ring ring_;
-    AnswerCounts counts_;
 };
 
 // The same on the client's side: tells the replica what a packet says.  Throws core::Error where it is wrong.

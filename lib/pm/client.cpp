@@ -17,12 +17,12 @@ constexpr uint16_t kStateVersion = 1;
 constexpr uint64_t kMostPerByte = 8;
 
 Replica make_replica(std::span<const std::byte> header_bytes, std::span<const std::byte> base_packet,
-                     const std::string& name) {
+                     Service service, const std::string& name) {
     const Header header = parse_header(header_bytes, name);
     const uint64_t most = kMostPerByte * (base_packet.size() + 16);
     if (header.base_vertices > most || header.base_faces > most || header.depth > 0xfffe)
         throw core::Error(name + ": its base mesh is not as large as its header says");
-    BaseMesh base = decode_base(header, base_packet);
+    BaseMesh base = decode_base(header, base_packet, tells_bounds(service));
     return Replica(header, std::move(base.vertices), std::move(base.faces), base.nodes);
 }
 
@@ -51,7 +51,7 @@ void code_splits(Coder& coder, uint32_t count, const Replica* from, Replica& to)
         to.apply(uint32_t(node), code_split(coder, models->split, to, uint32_t(node), ring, data), ring);
         before = uint32_t(node);
     }
-    for (uint32_t n = 0; n != to.nodes().size(); ++n)
+    for (uint32_t n = 0; to.has_bounds() && n != to.nodes().size(); ++n)
         if (!to.node(n).is_leaf && coder.bit(models->has_cone, from && from->node(n).has_cone))
             to.learn_cone(n, code_cone(coder, from ? from->node(n).cone : ConeCodes{}));
 }
@@ -60,23 +60,27 @@ void code_splits(Coder& coder, uint32_t count, const Replica* from, Replica& to)
 
 // ---- states ----
 
-ClientState::ClientState(const std::array<std::byte, kHeaderSize>& header, std::vector<std::byte> base_packet)
+ClientState::ClientState(const std::array<std::byte, kHeaderSize>& header, std::vector<std::byte> base_packet,
+                         Service service)
     : header_bytes_(header),
       base_packet_(std::move(base_packet)),
-      replica_(std::make_unique<Replica>(make_replica(header_bytes_, base_packet_, "model"))) {}
+      service_(service),
+      replica_(std::make_unique<Replica>(make_replica(header_bytes_, base_packet_, service, "model"))) {}
 
 std::vector<std::byte> ClientState::to_bytes() const {
     core::ByteWriter out;
     const auto put = [&](std::span<const std::byte> bytes) {
         out.bytes.insert(out.bytes.end(), bytes.begin(), bytes.end());
     };
+    out.bytes.reserve(64 + kHeaderSize + base_packet_.size());
     put(std::as_bytes(std::span(kStateMagic)));
     out.put(kStateVersion);
+    out.put(uint8_t(service_));
     put(header_bytes_);
     out.put(uint32_t(base_packet_.size()));
     put(base_packet_);
     out.put(replica_->split_count());
-    Replica again = make_replica(header_bytes_, base_packet_, "model");
+    Replica again = make_replica(header_bytes_, base_packet_, service_, "model");
     RangeEncoder encoder;
     code_splits(encoder, replica_->split_count(), replica_.get(), again);
     put(encoder.finish());
@@ -96,13 +100,15 @@ ClientState ClientState::from_bytes(std::span<const std::byte> bytes, const std:
     if (!std::equal(magic.begin(), magic.end(), std::as_bytes(std::span(kStateMagic)).begin()))
         throw core::Error(name + ": is no state of pm-fetch");
     if (in.take<uint16_t>() != kStateVersion) throw core::Error(name + ": is of another version of pm-fetch");
+    const uint8_t service = in.take<uint8_t>();
+    if (service > uint8_t(Service::lists)) throw core::Error(name + ": is of a service that is unknown");
     std::array<std::byte, kHeaderSize> header{};
     std::copy_n(take(kHeaderSize).begin(), kHeaderSize, header.begin());
     const uint32_t base_size = in.take<uint32_t>();
     const auto base = take(base_size);
     const uint32_t splits = in.take<uint32_t>();
     try {
-        ClientState state(header, {base.begin(), base.end()});
+        ClientState state(header, {base.begin(), base.end()}, Service(service));
         if (splits > state.header().details) throw core::Error("it has more splits than the model");
         RangeDecoder decoder(bytes.subspan(in.position()));
         code_splits(decoder, splits, nullptr, state.replica());
@@ -143,44 +149,100 @@ void Client::begin(ClientState state) {
     front_ = std::make_unique<Front>(state_->replica().hierarchy());
 }
 
-void Client::open(const std::string& name) {
+void Client::open(const std::string& name, Service service) {
     if (name.size() > kMostNameBytes) throw core::UsageError("the name of the model is too long");
     Request request;
     request.name = name;
+    request.service = service;
     stream_.send(to_bytes(request), timeout_s_);
     const Reply reply = expect(ReplyKind::opened);
-    begin(ClientState(reply.header, reply.bytes));
+    begin(ClientState(reply.header, reply.bytes, service));
 }
 
 void Client::resume(const std::string& name, ClientState state) {
     Request request;
     request.kind = RequestKind::resume;
     request.name = name;
+    request.service = state.service();
     request.hash = state.hash();
-    request.record = encode_record(state.replica());
+    state.replica().forget_cuts();
+    request.bytes = encode_record(state.replica());
     stream_.send(to_bytes(request), timeout_s_);
     if (expect(ReplyKind::resumed).splits != state.replica().split_count())
         throw core::Error(stream_.name() + ": the server counts other splits than were received");
     begin(std::move(state));
 }
 
+// ---- what is asked for ----
+
+void Client::send(Request request) {
+    request.number = ++number_;
+    sent_[number_] = last_;
+    ++counts_.requests_sent;
+    stream_.send(to_bytes(request), timeout_s_);
+}
+
 bool Client::look_at(const View& view, Culling culling) {
     last_ = {view, culling};
-    auto sweep = std::make_unique<Sweep>(state_->replica(), view, culling);
-    if (sweep->current() == kNone) {
-        // Nothing is asked; answers to earlier views may still come.
-        if (sent_.empty()) sweep_ = std::move(sweep), sweep_number_ = 0;
-        return false;
+    switch (state_->service()) {
+        case Service::selective: {
+            auto sweep = std::make_unique<Sweep>(state_->replica(), view, culling);
+            if (sweep->current() != kNone) return ask_for_view();
+            // Nothing is asked; answers to earlier views may still come.
+            if (sent_.empty()) sweep_ = std::move(sweep), answer_number_ = 0;
+            return false;
+        }
+        case Service::one_way:
+            return !(sent_.empty() && answered_ == last_) && ask_for_view();
+        case Service::lists:
+            return !sent_.empty() || ask_for_list();
     }
+    return false;
+}
+
+bool Client::ask_for_view() {
     Request request;
     request.kind = RequestKind::view;
-    request.number = ++number_;
-    request.view = view;
-    request.culling = culling;
-    sent_[number_] = last_;
-    ++counts_.views_sent;
-    stream_.send(to_bytes(request), timeout_s_);
+    request.view = last_.view;
+    request.culling = last_.culling;
+    send(request);
     return true;
+}
+
+bool Client::ask_for_list() {
+    Sweep sweep(state_->replica(), last_.view, last_.culling);
+    if (sweep.current() == kNone) return false;
+    NodeList list = make_list(state_->replica(), *models_, sweep, kMostDecisions);
+    listed_ = std::move(list.nodes);
+    Request request;
+    request.kind = RequestKind::list;
+    request.bytes = std::move(list.bytes);
+    send(request);
+    return true;
+}
+
+// ---- what comes ----
+
+void Client::begin_answer(const Sought& sought) {
+    if (state_->service() == Service::selective)
+        sweep_ = std::make_unique<Sweep>(state_->replica(), sought.view, sought.culling);
+    if (state_->service() == Service::one_way) passes_ = std::make_unique<PassCursor>(state_->replica());
+}
+
+void Client::take_decisions(const Reply& packet) {
+    Replica& replica = state_->replica();
+    switch (state_->service()) {
+        case Service::selective:
+            return take_packet(replica, *models_, *sweep_, packet.decisions, packet.check, packet.bytes);
+        case Service::one_way:
+            return take_one_way(replica, *models_, *passes_, packet.decisions, packet.check, packet.bytes);
+        case Service::lists:
+            if (packet.decisions > listed_.size() || packet.is_last != (packet.decisions == listed_.size()))
+                throw core::Error("a packet does not answer the list");
+            take_list_packet(replica, *models_, std::span(listed_).first(packet.decisions), packet.check,
+                             packet.bytes);
+            listed_.erase(listed_.begin(), listed_.begin() + packet.decisions);
+    }
 }
 
 void Client::take(const Reply& packet) {
@@ -188,17 +250,20 @@ void Client::take(const Reply& packet) {
     if (sought == sent_.end()) throw core::Error("a packet answers a view that was not sent");
     // Views before it will not be answered any more.
     sent_.erase(sent_.begin(), sought);
-    Replica& replica = state_->replica();
     if (packet.is_first) {
-        sweep_ = std::make_unique<Sweep>(replica, sought->second.view, sought->second.culling);
-        sweep_number_ = packet.view;
+        begin_answer(sought->second);
+        answer_number_ = packet.view;
     }
-    if (!sweep_ || sweep_number_ != packet.view) throw core::Error("a packet's view has not begun");
-    const uint32_t before = replica.split_count();
-    take_packet(replica, *models_, *sweep_, packet.decisions, packet.check, packet.bytes);
+    if (answer_number_ != packet.view) throw core::Error("a packet's view has not begun");
+    const uint32_t before = state_->replica().split_count();
+    take_decisions(packet);
     ++counts_.packets;
-    counts_.splits += replica.split_count() - before;
-    if (packet.is_last) sent_.erase(packet.view);
+    counts_.splits += state_->replica().split_count() - before;
+    if (!packet.is_last) return;
+    answered_ = sought->second;
+    sent_.erase(packet.view);
+    // Of the children of what has come, and of what the view is now.
+    if (state_->service() == Service::lists) ask_for_list();
 }
 
 bool Client::wait(double timeout_s) {
@@ -220,9 +285,13 @@ bool Client::wait(double timeout_s) {
 
 const Front& Client::refine() {
     Replica& replica = state_->replica();
+    front_->grow(replica.hierarchy());
+    if (!replica.has_bounds()) {
+        for (uint32_t s = front_->split_count(); s != replica.split_count(); ++s) front_->split(s);
+        return *front_;
+    }
     const Sweep sweep(replica, last_.view, last_.culling);
     const std::vector<uint8_t>& wanted = sweep.wanted();
-    front_->grow(replica.hierarchy());
     // What is not wanted is depended on by nothing that is, and what is wanted depends on nothing that is
     // not.
     for (uint32_t s = replica.split_count(); s-- > 0;)

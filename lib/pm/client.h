@@ -11,12 +11,15 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "net/frame_stream.h"
 #include "pm/front.h"
+#include "pm/lists.h"
 #include "pm/messages.h"
+#include "pm/one_way.h"
 #include "pm/replica.h"
 #include "pm/split_code.h"
 
@@ -25,9 +28,11 @@ namespace pm {
 // What a client has, to be kept in a file and gone on with later, by whatever connection.
 class ClientState {
   public:
-    ClientState(const std::array<std::byte, kHeaderSize>& header, std::vector<std::byte> base_packet);
+    ClientState(const std::array<std::byte, kHeaderSize>& header, std::vector<std::byte> base_packet,
+                Service service = Service::selective);
 
     const Header& header() const { return replica_->header(); }
+    Service service() const { return service_; }
     Replica& replica() { return *replica_; }
     const Replica& replica() const { return *replica_; }
     uint64_t hash() const { return model_hash(replica_->header()); }
@@ -40,11 +45,12 @@ class ClientState {
   private:
     std::array<std::byte, kHeaderSize> header_bytes_;
     std::vector<std::byte> base_packet_;
+    Service service_;
     std::unique_ptr<Replica> replica_;
 };
 
 struct ClientCounts {
-    uint64_t views_sent = 0, packets = 0, splits = 0;
+    uint64_t requests_sent = 0, packets = 0, splits = 0;
 };
 
 // Not thread-safe.
@@ -55,15 +61,15 @@ class Client {
     ~Client();
 
     // Asks for a model.  Throws core::Error with the server's reason.
-    void open(const std::string& name);
-    // Goes on with what was received by an earlier connection.
+    void open(const std::string& name, Service service = Service::selective);
+    // Goes on with what was received by an earlier connection, by the same service.
     void resume(const std::string& name, ClientState state);
 
     // JSON, as in pm-serve(1).
     std::string status() { return ask(RequestKind::status); }
     std::string catalogue() { return ask(RequestKind::catalogue); }
 
-    // True where something is lacking, and the server was told.
+    // True where something is lacking, and the server was told; or may be lacking, one way.
     bool look_at(const View& view, Culling culling = Culling::on);
     // All that the last view wants is here.
     bool is_complete() const { return sent_.empty(); }
@@ -71,7 +77,8 @@ class Client {
     // core::Error with the server's reason, and where packets are wrong, and net::ConnectionLost.
     bool wait(double timeout_s);
 
-    // The front that the last view wants, of what is here.  Valid until the next call of wait().
+    // The front that the last view wants, of what is here; one way all that is here.  Valid until the next
+    // call of wait().
     const Front& refine();
 
     const ClientState& state() const { return *state_; }
@@ -83,20 +90,30 @@ class Client {
     struct Sought {
         View view;
         Culling culling;
+        bool operator==(const Sought&) const = default;
     };
     void begin(ClientState state);
     Reply expect(ReplyKind kind);
     std::string ask(RequestKind kind);
+    void send(Request request);
+    bool ask_for_view();
+    bool ask_for_list();
     void take(const Reply& packet);
+    void begin_answer(const Sought& sought);
+    void take_decisions(const Reply& packet);
 
     net::FrameStream stream_;
     double timeout_s_;
     std::unique_ptr<ClientState> state_;
     std::unique_ptr<SplitModels> models_;
-    std::unique_ptr<Sweep> sweep_;  // of sweep_number_, as far as packets have come
-    uint32_t sweep_number_ = 0, number_ = 0;
-    std::map<uint32_t, Sought> sent_;  // views that were sent and not answered to their end
+    // Of what is being answered, answer_number_, one of these, by the service, as far as packets have come.
+    std::unique_ptr<Sweep> sweep_;
+    std::unique_ptr<PassCursor> passes_;
+    std::vector<uint32_t> listed_;  // nodes
+    uint32_t answer_number_ = 0, number_ = 0;
+    std::map<uint32_t, Sought> sent_;  // what was sent and not answered to its end
     Sought last_{};
+    std::optional<Sought> answered_;  // the last view that was, to its end
     std::unique_ptr<Front> front_;
     ClientCounts counts_;
 };

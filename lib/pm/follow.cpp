@@ -20,6 +20,7 @@ core::Json to_json(const FrameCosts& costs) {
             {"t", costs.time_s},
             {"bytes_up", costs.bytes_up},
             {"bytes_down", costs.bytes_down},
+            {"requests", costs.requests},
             {"splits_received", costs.splits_received},
             {"splits", costs.splits},
             {"faces", costs.faces},
@@ -49,7 +50,7 @@ void Follower::connect(std::unique_ptr<ClientState> state) {
     if (state)
         client->resume(name_, std::move(*state));
     else
-        client->open(name_);
+        client->open(name_, options_.service);
     client_ = std::move(client);
 }
 
@@ -58,6 +59,7 @@ void Follower::reconnect() {
     auto state = std::make_unique<ClientState>(client_->take_state());
     bytes_up_ += client_->stream().bytes_sent();
     bytes_down_ += client_->stream().bytes_received();
+    requests_ += client_->counts().requests_sent;
     if (state->replica().split_count() != splits_at_loss_) losses_ = 0;
     splits_at_loss_ = state->replica().split_count();
     for (;;) {
@@ -138,6 +140,8 @@ FrameCosts Follower::show(int number, const geom::Camera& camera, std::optional<
     const uint64_t splits = client_->state().replica().split_count();
     costs.bytes_up = bytes_up() - std::exchange(told_up_, bytes_up());
     costs.bytes_down = bytes_down() - std::exchange(told_down_, bytes_down());
+    const uint64_t requests = requests_ + client_->counts().requests_sent;
+    costs.requests = requests - std::exchange(told_requests_, requests);
     costs.splits_received = splits - std::exchange(told_splits_, splits);
     costs.resumed = std::exchange(resumed_, 0);
     return costs;

@@ -19,6 +19,7 @@ struct FollowOptions {
     int width = 1280, height = 720;  // pixels of the pictures that the views are for
     double threshold_px = 1;
     Culling culling = Culling::on;
+    Service service = Service::selective;
     bool in_real_time = false;  // views by the times of the path, whether or not the ones before are complete
     double timeout_s = 60;      // with nothing from the server
     int most_retries = 5;       // connections in a row that are lost without anything new
@@ -27,9 +28,9 @@ struct FollowOptions {
 struct FrameCosts {
     int frame = 0;
     double time_s = 0;
-    uint64_t bytes_up = 0, bytes_down = 0;  // since the frame before
-    uint64_t splits_received = 0;           // likewise
-    uint32_t splits = 0;                    // of the front that is shown
+    uint64_t bytes_up = 0, bytes_down = 0;       // since the frame before
+    uint64_t requests = 0, splits_received = 0;  // likewise; views or lists
+    uint32_t splits = 0;                         // of the front that is shown
     uint64_t faces = 0;
     bool is_complete = false;
     double first_packet_ms = 0, done_ms = 0;  // since the view was sent; 0 where nothing was asked
@@ -45,7 +46,8 @@ Connect connector(const net::Address& address, double timeout_s);
 // A client that takes a lost connection up again, from what it has received.
 class Follower {
   public:
-    // Throws core::Error as Client::open() and Client::resume(); a state that is not null is gone on with.
+    // Throws core::Error as Client::open() and Client::resume(); a state that is not null is gone on with, by
+    // the service that it is of.
     Follower(Connect connect, std::string name, const FollowOptions& options,
              std::unique_ptr<ClientState> state = nullptr);
 
@@ -72,8 +74,8 @@ class Follower {
     std::string name_;
     FollowOptions options_;
     std::unique_ptr<Client> client_;
-    uint64_t bytes_up_ = 0, bytes_down_ = 0;  // of earlier connections
-    uint64_t told_up_ = 0, told_down_ = 0, told_splits_ = 0, resumed_ = 0;
+    uint64_t bytes_up_ = 0, bytes_down_ = 0, requests_ = 0;  // of earlier connections
+    uint64_t told_up_ = 0, told_down_ = 0, told_splits_ = 0, told_requests_ = 0, resumed_ = 0;
     uint64_t splits_at_loss_ = 0;
     int losses_ = 0;
     double patience_s_ = std::numeric_limits<double>::infinity();

@@ -62,6 +62,9 @@ void for_each_number(Number&& number, View& view) {
 void take_greeting(Reader& in, Request& request) {
     if (in.take<uint16_t>() != kProtocolVersion)
         in.fail("is of another version of the protocol; this server speaks version 1");
+    const uint8_t service = in.take<uint8_t>();
+    if (service > uint8_t(Service::lists)) in.fail("asks for a service that is unknown");
+    request.service = Service(service);
     if (request.kind == RequestKind::resume) request.hash = in.take<uint64_t>();
     const uint16_t size = in.take<uint16_t>();
     if (size > kMostNameBytes) in.fail("has a name that is too long");
@@ -75,13 +78,15 @@ std::vector<std::byte> to_bytes(const Request& request) {
     out.put(uint8_t(request.kind));
     if (request.kind == RequestKind::open || request.kind == RequestKind::resume) {
         out.put(kProtocolVersion);
+        out.put(uint8_t(request.service));
         if (request.kind == RequestKind::resume) out.put(request.hash);
         out.put(uint16_t(request.name.size()));
         put_text(out, request.name);
     }
-    if (request.kind == RequestKind::resume) put_bytes(out, request.record);
+    if (request.kind == RequestKind::view || request.kind == RequestKind::list) out.put(request.number);
+    if (request.kind == RequestKind::resume || request.kind == RequestKind::list)
+        put_bytes(out, request.bytes);
     if (request.kind == RequestKind::view) {
-        out.put(request.number);
         out.put(uint8_t(request.culling));
         View view = request.view;
         for_each_number([&](double value) { out.put(value); }, view);
@@ -93,16 +98,22 @@ Request parse_request(std::span<const std::byte> bytes) {
     Reader in(bytes, "request");
     Request request;
     request.kind = RequestKind(in.take<uint8_t>());
+    const auto take_rest = [&] {
+        const auto rest = in.rest();
+        request.bytes.assign(rest.begin(), rest.end());
+    };
     switch (request.kind) {
         case RequestKind::open:
             take_greeting(in, request);
             break;
-        case RequestKind::resume: {
+        case RequestKind::resume:
             take_greeting(in, request);
-            const auto record = in.rest();
-            request.record.assign(record.begin(), record.end());
+            take_rest();
             break;
-        }
+        case RequestKind::list:
+            request.number = in.take<uint32_t>();
+            take_rest();
+            break;
         case RequestKind::view: {
             request.number = in.take<uint32_t>();
             const uint8_t culling = in.take<uint8_t>();

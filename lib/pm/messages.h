@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "pm/format.h"
-#include "pm/sweep.h"
+#include "pm/service.h"
 #include "pm/view.h"
 
 namespace pm {
@@ -21,15 +21,16 @@ constexpr size_t kMostNameBytes = 1024;
 constexpr uint32_t kMostDecisions = 4096;             // of a packet
 constexpr size_t kMostServerMessageBytes = 64 << 20;  // a base mesh may be large
 
-enum class RequestKind : uint8_t { open = 1, resume, view, status, catalogue };
+enum class RequestKind : uint8_t { open = 1, resume, view, status, catalogue, list };
 enum class ReplyKind : uint8_t { opened = 129, resumed, packet, failed, answer };
 
 struct Request {
     RequestKind kind = RequestKind::open;
-    std::string name;               // open, resume: of the model
-    uint64_t hash = 0;              // resume: model_hash() of what the client has
-    std::vector<std::byte> record;  // resume: encode_record()
-    uint32_t number = 0;            // view: greater than that of the one before
+    std::string name;  // open, resume: of the model
+    Service service = Service::selective;
+    uint64_t hash = 0;             // resume: model_hash() of what the client has
+    std::vector<std::byte> bytes;  // resume: encode_record(); list: make_list()
+    uint32_t number = 0;           // view, list: greater than that of the one before
     View view;
     Culling culling = Culling::on;
 };
@@ -40,7 +41,7 @@ struct Reply {
     std::vector<std::byte> bytes;                 // opened: encode_base(); packet: the coded decisions
     uint32_t splits = 0;                          // resumed: which the client has
     uint32_t view = 0;                            // packet: what it answers
-    bool is_first = false;                        // packet: the sweep of this view begins (again)
+    bool is_first = false;                        // packet: the answer begins (again)
     bool is_last = false;                         // packet: it ends
     uint16_t decisions = 0, check = 0;
     std::string text;  // failed: why; answer: JSON

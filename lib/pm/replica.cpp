@@ -9,10 +9,10 @@ namespace pm {
 
 Replica::Replica(const Header& header, std::vector<VertexData> vertices, std::vector<glm::u32vec3> faces,
                  std::span<const ChildData> nodes)
-    : header_(header), mesh_(uint32_t(vertices.size()), std::move(faces)) {
+    : header_(header), has_bounds_(!nodes.empty()), mesh_(uint32_t(vertices.size()), std::move(faces)) {
     for (uint32_t v = 0; v != vertices.size(); ++v) {
         add_vertex(vertices[v]);
-        add_node(v, kNone, nodes[v]);
+        add_node(v, kNone, has_bounds_ ? nodes[v] : kUnknownNode);
     }
 }
 
@@ -113,8 +113,8 @@ void Replica::apply(uint32_t n, const SplitData& data, const Ring& ring) {
     kept_.push_back(vertex);
     parent_.push_back(nodes_[n].parent == kNone ? kNone : nodes_[nodes_[n].parent].split);
     needs_.push_back(needs == kNone ? kNone : nodes_[needs].split);
-    add_node(vertex, n, data.kept);
-    add_node(uint32_t(vertices_.size()) - 1, n, data.fresh);
+    add_node(vertex, n, has_bounds_ ? data.kept : kUnknownNode);
+    add_node(uint32_t(vertices_.size()) - 1, n, has_bounds_ ? data.fresh : kUnknownNode);
 }
 
 void Replica::learn_cone(uint32_t node, ConeCodes cone) {
@@ -126,6 +126,11 @@ void Replica::learn_cuts(uint32_t node, int left, int right, const Ring& ring) {
     const int count = int(ring.neighbours.size());
     if (left >= count || right >= count) throw core::Error("split: its cut vertices are not in the ring");
     nodes_[node].needs = needs_of(left, right, ring);
+}
+
+void Replica::forget_cuts() {
+    for (Node& node : nodes_)
+        if (node.split == kNone) node.needs = kNone;
 }
 
 SplitData Replica::split_data(uint32_t split) const {

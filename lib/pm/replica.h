@@ -47,6 +47,8 @@ struct ChildData {
     bool is_leaf = true;
     uint8_t error = 0, radius = 0;
 };
+// What is known of a node where bounds are not told (service.h): it may be split.
+constexpr ChildData kUnknownNode{false, 0, 0};
 
 // One split, as a packet says it.
 struct SplitData {
@@ -57,11 +59,13 @@ struct SplitData {
 
 class Replica {
   public:
-    // Vertices and their nodes in the order of the model's base mesh.  Throws core::Error as RingMesh does.
+    // Vertices and their nodes in the order of the model's base mesh; no nodes where bounds are not told.
+    // Throws core::Error as RingMesh does.
     Replica(const Header& header, std::vector<VertexData> vertices, std::vector<glm::u32vec3> faces,
             std::span<const ChildData> nodes);
 
     const Header& header() const { return header_; }
+    bool has_bounds() const { return has_bounds_; }
     std::span<const Node> nodes() const { return nodes_; }
     const Node& node(uint32_t n) const { return nodes_[n]; }
     const VertexData& vertex(uint32_t v) const { return vertices_[v]; }
@@ -85,6 +89,8 @@ class Replica {
     // The two cut vertices of a node that cannot be split yet; -1: missing.
     void learn_cuts(uint32_t node, int left, int right, const Ring& ring);
     void set_needs(uint32_t node, uint32_t needs) { nodes_[node].needs = needs; }
+    // Of nodes that are not split yet: a record does not hold them.
+    void forget_cuts();
 
     // True where `a` comes before `b` in the order of the tree: by base vertex, a node before its children,
     // the kept child's before the new one's.
@@ -106,6 +112,7 @@ class Replica {
     void add_node(uint32_t vertex, uint32_t parent, const ChildData& data);
 
     Header header_;
+    bool has_bounds_;
     RingMesh mesh_;
     std::vector<Node> nodes_;
     std::vector<VertexData> vertices_;

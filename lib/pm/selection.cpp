@@ -5,8 +5,8 @@
 
 namespace pm {
 
-const std::vector<uint32_t>& Selection::select(const View& view) {
-    const RefinementTest test(view, model_.header().placement);
+const std::vector<uint32_t>& Selection::select(const View& view, Culling culling) {
+    const RefinementTest test(view, model_.header().placement, culling);
     const Hierarchy tree = model_.hierarchy();
     const auto children = model_.children();
     wanted_.clear();

@@ -23,7 +23,7 @@ class Selection {
     explicit Selection(const Model& model) : model_(model) {}
 
     // The details wanted, rising.  Visits those and their children only.  Valid until the next call.
-    const std::vector<uint32_t>& select(const View& view);
+    const std::vector<uint32_t>& select(const View& view, Culling culling = Culling::on);
     const SelectionCounts& counts() const { return counts_; }  // of the last call
 
   private:

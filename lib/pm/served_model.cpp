@@ -15,6 +15,9 @@ ServedModel::ServedModel(Model model) : model_(std::move(model)) {
         throw core::Error(model_.name() + ": it is deeper than 65534 splits, and cannot be served");
     order_base();
     base_packet_ = encode_base(header, base_);
+    BaseMesh bare = base_;
+    bare.nodes.clear();
+    bare_base_packet_ = encode_base(header, bare);
     base_replica();  // is its base mesh one?
 }
 
@@ -73,8 +76,10 @@ void ServedModel::order_base() {
     }
 }
 
-Replica ServedModel::base_replica() const {
-    return Replica(model_.header(), base_.vertices, base_.faces, base_.nodes);
+Replica ServedModel::base_replica(Service service) const {
+    return Replica(
+        model_.header(), base_.vertices, base_.faces,
+        tells_bounds(service) ? std::span<const ChildData>(base_.nodes) : std::span<const ChildData>());
 }
 
 VertexData ServedModel::vertex_data(uint32_t vertex) const {
@@ -99,15 +104,20 @@ ChildData ServedModel::child_data(uint32_t split_by) const {
 
 // ---- what was sent ----
 
+void SentRecord::block(uint32_t detail, uint32_t needs) {
+    std::erase_if(blocked_, [&](const Blocked& b) { return b.detail == detail; });
+    if (needs != kNone) blocked_.push_back({detail, needs});
+}
+
 size_t SentRecord::memory_bytes() const {
     return sizeof *this + bits_.capacity() * sizeof(uint64_t) + cones.capacity() * sizeof(uint32_t) +
-           blocked.capacity() * sizeof(Blocked);
+           blocked_.capacity() * sizeof(Blocked);
 }
 
 // ---- the replica ----
 
 ServedReplica::ServedReplica(const ServedModel& served, const SentRecord& record)
-    : served_(served), replica_(served.base_replica()) {
+    : served_(served), replica_(served.base_replica(record.service)) {
     const Model& model = served.model();
     for (const uint32_t v : served.base_order()) {
         detail_.push_back(model.root_split()[v]);
@@ -121,7 +131,7 @@ ServedReplica::ServedReplica(const ServedModel& served, const SentRecord& record
     };
     name_nodes(0);
     // The cuts of an earlier detail are looked for among those that are applied already.
-    SentRecord applied;
+    SentRecord applied(record.service);
     Ring ring;
     for (uint32_t d = 0; d != model.details(); ++d) {
         if (!record.is_sent(d)) continue;
@@ -136,7 +146,7 @@ ServedReplica::ServedReplica(const ServedModel& served, const SentRecord& record
     }
     for (const uint32_t d : record.cones)
         if (node_of[d] != kNone) replica_.learn_cone(node_of[d], model.cone(d));
-    for (const SentRecord::Blocked& b : record.blocked)
+    for (const SentRecord::Blocked& b : record.blocked())
         if (node_of[b.detail] != kNone && !record.is_sent(b.detail))
             replica_.set_needs(node_of[b.detail], node_of[b.needs]);
 }
@@ -201,7 +211,7 @@ std::vector<std::byte> encode_record(const Replica& replica) {
         const Node& node = replica.node(stack.back());
         stack.pop_back();
         if (node.is_leaf) continue;
-        encoder.bit(models.cone, node.has_cone);
+        if (replica.has_bounds()) encoder.bit(models.cone, node.has_cone);
         if (!encoder.bit(models.split[node.error * kErrorClasses / 256], node.split != kNone)) continue;
         stack.push_back(node.kept_child + 1);
         stack.push_back(node.kept_child);
@@ -209,21 +219,24 @@ std::vector<std::byte> encode_record(const Replica& replica) {
     return encoder.finish();
 }
 
-SentRecord decode_record(const ServedModel& served, std::span<const std::byte> bytes) {
+SentRecord decode_record(const ServedModel& served, std::span<const std::byte> bytes, Service service) {
     const Model& model = served.model();
     const Hierarchy tree = model.hierarchy();
+    const bool has_bounds = tells_bounds(service);
     RecordModels models;
     RangeDecoder decoder(bytes);
-    SentRecord record;
+    SentRecord record(service);
     std::vector<uint32_t> stack;
     for (size_t v = served.base_order().size(); v-- > 0;)
         stack.push_back(model.root_split()[served.base_order()[v]]);
     while (!stack.empty()) {
         const uint32_t d = stack.back();
         stack.pop_back();
-        if (d == kNone) continue;
-        if (decoder.bit(models.cone)) record.cones.push_back(d);
-        if (!decoder.bit(models.split[model.error_code(d) * kErrorClasses / 256])) continue;
+        if (d == kNone && has_bounds) continue;
+        if (has_bounds && decoder.bit(models.cone)) record.cones.push_back(d);
+        const uint8_t error = has_bounds ? model.error_code(d) : kUnknownNode.error;
+        if (!decoder.bit(models.split[error * kErrorClasses / 256])) continue;
+        if (d == kNone) throw core::Error("record: it splits what cannot be split");
         record.add(d);
         stack.push_back(model.children()[d].fresh);
         stack.push_back(model.children()[d].kept);

@@ -7,6 +7,7 @@
 
 #include "pm/model.h"
 #include "pm/replica.h"
+#include "pm/service.h"
 #include "pm/split_code.h"
 
 namespace pm {
@@ -19,10 +20,12 @@ class ServedModel {
 
     const Model& model() const { return model_; }
     // encode_base() of the base mesh, with its vertices in the order of a walk over its faces.
-    std::span<const std::byte> base_packet() const { return base_packet_; }
+    std::span<const std::byte> base_packet(Service service = Service::selective) const {
+        return tells_bounds(service) ? base_packet_ : bare_base_packet_;
+    }
     // By base vertex of the packet: that of the model.
     std::span<const uint32_t> base_order() const { return base_order_; }
-    Replica base_replica() const;
+    Replica base_replica(Service service = Service::selective) const;
 
     VertexData vertex_data(uint32_t vertex) const;
     ChildData child_data(uint32_t split_by) const;  // of the node that a detail splits; kNone: a leaf
@@ -33,7 +36,7 @@ class ServedModel {
     Model model_;
     std::vector<uint32_t> base_order_;
     BaseMesh base_;
-    std::vector<std::byte> base_packet_;
+    std::vector<std::byte> base_packet_, bare_base_packet_;
 };
 
 // What a server remembers of a client: a bit a detail, up to the last one that was sent, and the few things
@@ -41,6 +44,8 @@ class ServedModel {
 // little.
 class SentRecord {
   public:
+    explicit SentRecord(Service of = Service::selective) : service(of) {}
+
     bool is_sent(uint32_t detail) const {
         return detail / 64 < bits_.size() && (bits_[detail / 64] >> (detail % 64) & 1) != 0;
     }
@@ -52,17 +57,22 @@ class SentRecord {
     uint32_t count() const { return count_; }
     size_t memory_bytes() const;
 
-    // Details whose cones were sent, in any order.
-    std::vector<uint32_t> cones;
     // Details that were found to need another one that was not wanted, and the detail that the client takes
     // it for.
     struct Blocked {
         uint32_t detail, needs;
     };
-    std::vector<Blocked> blocked;
+    std::span<const Blocked> blocked() const { return blocked_; }
+    // In the place of what was told of this detail before.
+    void block(uint32_t detail, uint32_t needs);
+
+    Service service;
+    // Details whose cones were sent, in any order.
+    std::vector<uint32_t> cones;
     SplitModels models;
 
   private:
+    std::vector<Blocked> blocked_;
     std::vector<uint64_t> bits_;
     uint32_t count_ = 0;
 };
@@ -98,6 +108,7 @@ class ServedReplica {
 // by node in the order of the tree.
 std::vector<std::byte> encode_record(const Replica& replica);
 // Throws core::Error where it is none of this model.
-SentRecord decode_record(const ServedModel& served, std::span<const std::byte> bytes);
+SentRecord decode_record(const ServedModel& served, std::span<const std::byte> bytes,
+                         Service service = Service::selective);
 
 }  // namespace pm

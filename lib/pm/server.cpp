@@ -4,6 +4,8 @@
 #include <map>
 
 #include "pm/answer.h"
+#include "pm/lists.h"
+#include "pm/one_way.h"
 
 namespace pm {
 
@@ -122,7 +124,8 @@ class Session : public net::Session {
             case RequestKind::resume:
                 return resume(request);
             case RequestKind::view:
-                return look_at(request);
+            case RequestKind::list:
+                return answer(request);
             case RequestKind::status:
                 return say(shared_.status().dump());
             case RequestKind::catalogue:
@@ -151,21 +154,25 @@ class Session : public net::Session {
     void begin(const Request& request) {
         if (served_) throw core::Error("it has a model already; connect again for another one");
         served_ = &shared_.find(request.name);
+        service_ = request.service;
     }
     void open(const Request& request);
     void resume(const Request& request);
-    void look_at(const Request& request);
+    void answer(const Request& request);
     void start_answer();
+    std::unique_ptr<PacketSource> make_answer(ServedReplica& replica, bool is_new);
 
     net::Connection& connection_;
     Shared& shared_;
     const ServedModel* served_ = nullptr;
-    std::unique_ptr<SentRecord> record_;  // from the first view on
-    std::unique_ptr<Answer> answer_;      // to the view that is being answered; uses this session's replica
-    AnswerCounts counted_;                // of answer_, already in the shared counts
+    Service service_ = Service::selective;
+    std::unique_ptr<SentRecord> record_;    // from the first view on
+    std::unique_ptr<PacketSource> answer_;  // to what is being answered; uses this session's replica
+    AnswerCounts counted_;                  // of answer_, already in the shared counts
     bool has_view_ = false, is_input_ended_ = false;
-    uint32_t number_ = 0;  // of the last view
-    Request view_;         // that is to be answered next, or being answered
+    uint32_t number_ = 0;           // of the last view or list
+    Request view_;                  // or list: that is to be answered next, or being answered
+    std::vector<uint32_t> listed_;  // details that a list asks for and that were not answered
 };
 
 void Session::open(const Request& request) {
@@ -174,7 +181,8 @@ void Session::open(const Request& request) {
     Reply reply;
     reply.kind = ReplyKind::opened;
     reply.header = encode_header(served_->model().header());
-    reply.bytes.assign(served_->base_packet().begin(), served_->base_packet().end());
+    const std::span<const std::byte> base = served_->base_packet(service_);
+    reply.bytes.assign(base.begin(), base.end());
     connection_.send(to_bytes(reply));
 }
 
@@ -183,7 +191,7 @@ void Session::resume(const Request& request) {
     if (request.hash != served_->model().hash())
         throw core::Error("'" + request.name +
                           "' is not the model that the client has (its hash differs); it cannot be resumed");
-    record_ = std::make_unique<SentRecord>(decode_record(*served_, request.record));
+    record_ = std::make_unique<SentRecord>(decode_record(*served_, request.bytes, service_));
     ++shared_.counts.resumed;
     Reply reply;
     reply.kind = ReplyKind::resumed;
@@ -191,11 +199,17 @@ void Session::resume(const Request& request) {
     connection_.send(to_bytes(reply));
 }
 
-void Session::look_at(const Request& request) {
+void Session::answer(const Request& request) {
     if (!served_) throw core::Error("it sends a view before it has a model");
     if (number_ != 0 && request.number <= number_) throw core::Error("its views are not numbered in turn");
     if (request.number == 0) throw core::Error("its views are not numbered from 1 on");
-    if (has_view_ || answer_) ++shared_.counts.views_replaced;
+    if ((request.kind == RequestKind::list) != (service_ == Service::lists))
+        throw core::Error("its service has lists in the place of views, or views in that of lists");
+    if (has_view_ || answer_) {
+        // A list speaks of what the client has when it has taken the answer to the one before.
+        if (service_ == Service::lists) throw core::Error("it sends a list before the last one was answered");
+        ++shared_.counts.views_replaced;
+    }
     number_ = request.number;
     view_ = request;
     has_view_ = true;
@@ -203,13 +217,25 @@ void Session::look_at(const Request& request) {
 }
 
 void Session::start_answer() {
+    const bool is_new = std::exchange(has_view_, false);
     answer_.reset();
-    has_view_ = false;
-    if (!record_) record_ = std::make_unique<SentRecord>();
-    ServedReplica& replica = shared_.replicas.get(this, *served_, *record_);
-    answer_ = std::make_unique<Answer>(*served_, *record_, replica, view_.view, view_.culling);
+    if (!record_) record_ = std::make_unique<SentRecord>(service_);
+    answer_ = make_answer(shared_.replicas.get(this, *served_, *record_), is_new);
     counted_ = AnswerCounts();
-    ++shared_.counts.views;
+    shared_.counts.views += is_new;
+}
+
+std::unique_ptr<PacketSource> Session::make_answer(ServedReplica& replica, bool is_new) {
+    switch (service_) {
+        case Service::selective:
+            return std::make_unique<Answer>(*served_, *record_, replica, view_.view, view_.culling);
+        case Service::one_way:
+            return std::make_unique<OneWayAnswer>(*served_, *record_, replica, view_.view, view_.culling);
+        case Service::lists:
+            if (is_new) listed_ = read_list(replica, record_->models, view_.bytes);
+            return std::make_unique<ListAnswer>(*served_, *record_, replica, listed_);
+    }
+    throw core::Error("its service is unknown");
 }
 
 // One packet.
@@ -219,7 +245,8 @@ void Session::turn() {
     if (begins) start_answer();
     if (!answer_) return;
     shared_.replicas.get(this, *served_, *record_);  // used now
-    const Answer::Packet packet = answer_->next(shared_.options.packet_decisions);
+    const Packet packet = answer_->next(shared_.options.packet_decisions);
+    if (service_ == Service::lists) listed_.erase(listed_.begin(), listed_.begin() + packet.decisions);
     Reply reply;
     reply.kind = ReplyKind::packet;
     reply.view = view_.number;

@@ -179,6 +179,7 @@ SplitData code_split(Coder& coder, SplitModels& models, const Replica& replica, 
     SplitData coded;
     coded.left = cuts.left, coded.right = cuts.right;
     coded.vertex = code_vertex(coder, models, replica, node.vertex, ring, coded, split.vertex);
+    if (!replica.has_bounds()) return coded;
     coded.kept = code_child(coder, models, node, nullptr, split.kept);
     coded.fresh = code_child(coder, models, node, &coded.kept, split.fresh);
     return coded;
@@ -277,6 +278,7 @@ void code_base(Coder& coder, const Header& header, BaseMesh& base) {
     for (uint32_t v = 0; v != vertices; ++v) {
         const VertexData from = v == 0 ? VertexData{} : base.vertices[earlier[v]];
         code_base_vertex(coder, *models, header, from, base.vertices[v]);
+        if (base.nodes.empty()) continue;
         ChildData& node = base.nodes[v];
         node.is_leaf = coder.bit(models->leaf, node.is_leaf);
         if (node.is_leaf) continue;
@@ -294,13 +296,13 @@ std::vector<std::byte> encode_base(const Header& header, const BaseMesh& base) {
     return encoder.finish();
 }
 
-BaseMesh decode_base(const Header& header, std::span<const std::byte> bytes) {
+BaseMesh decode_base(const Header& header, std::span<const std::byte> bytes, bool has_bounds) {
     // Each face and each vertex takes a bit at least... of a coder that can give much for little; so the
     // counts are bounded by the caller (client.h).
     BaseMesh base;
     base.vertices.resize(header.base_vertices);
     base.faces.resize(header.base_faces);
-    base.nodes.resize(header.base_vertices);
+    if (has_bounds) base.nodes.resize(header.base_vertices);
     RangeDecoder decoder(bytes);
     code_base(decoder, header, base);
     if (decoder.is_beyond_end()) throw core::Error("base mesh: it is cut off");

@@ -41,6 +41,8 @@ struct SplitModels {
     std::array<std::array<BitModel, 3>, kErrorClasses> leaf;
     std::array<NumberModel<9>, 3> error;
     std::array<SignedModel<8>, 12> radius;
+    std::array<BitModel, 6> pass;                // one_way.h
+    std::array<BitModel, kErrorClasses> listed;  // lists.h
 };
 
 template <class Coder>
@@ -51,7 +53,8 @@ Decision code_decision(Coder& coder, SplitModels& models, Decision decision) {
 }
 
 // The ring is that of the node's vertex.  `split` is what is written, and what is returned is what was read:
-// some split that can be applied, or core::Error where none can.
+// some split that can be applied, or core::Error where none can.  Children are told where the replica has
+// bounds.
 template <class Coder>
 SplitData code_split(Coder& coder, SplitModels& models, const Replica& replica, uint32_t node,
                      const Ring& ring, const SplitData& split);
@@ -73,10 +76,10 @@ ConeCodes code_cone(Coder& coder, ConeCodes cone) {
 struct BaseMesh {
     std::vector<VertexData> vertices;
     std::vector<glm::u32vec3> faces;
-    std::vector<ChildData> nodes;
+    std::vector<ChildData> nodes;  // none where bounds are not told
 };
 std::vector<std::byte> encode_base(const Header& header, const BaseMesh& base);
 // Throws core::Error where a corner is no vertex, or the bytes end too early.
-BaseMesh decode_base(const Header& header, std::span<const std::byte> bytes);
+BaseMesh decode_base(const Header& header, std::span<const std::byte> bytes, bool has_bounds = true);
 
 }  // namespace pm

@@ -1,16 +1,12 @@
 #include "pm/sweep.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace pm {
 
 Sweep::Sweep(const Replica& replica, const View& view, Culling culling)
-    : replica_(replica),
-      test_(view, replica.header().placement),
-      culling_(culling),
-      eye_(replica.header().placement.unit_from_world(view.eye)) {
+    : replica_(replica), test_(view, replica.header().placement, culling) {
     const uint32_t splits = replica.split_count();
     wanted_.assign(splits, 0);
     path_error_.assign(splits, 0);
@@ -44,13 +40,6 @@ Sweep::Sweep(const Replica& replica, const View& view, Culling culling)
         for (const uint32_t n : {kept, kept + 1})
             if (replica.node(n).split == kNone) look_at(n);
     }
-}
-
-// Infinite within the sphere, or where it is not a number.
-double Sweep::screen_error(const Node& node) const {
-    const glm::dvec3 offset = replica_.unit(node.vertex) - eye_;
-    const double near = std::sqrt(glm::dot(offset, offset)) - decode_radius(node.radius);
-    return near > 0 ? decode_error(node.error) / near : std::numeric_limits<double>::infinity();
 }
 
 // A total order that both sides have, whatever the order in which splits were received.

@@ -14,9 +14,6 @@
 
 namespace pm {
 
-// What of a view decides: all of it, or the distance and the tolerance alone, as if all could be seen.
-enum class Culling : uint8_t { on, off };
-
 class Sweep {
   public:
     // Costs a test for each split whose parent is wanted, and one for each node that is not split.  `replica`
@@ -39,10 +36,7 @@ class Sweep {
     void cone_learned(uint32_t node);
 
     // Refine, or what else stops a node.
-    Verdict verdict(const NodeBounds& node) const {
-        const Verdict verdict = test_(node);
-        return culling_ == Culling::on || verdict == Verdict::accurate ? verdict : Verdict::refine;
-    }
+    Verdict verdict(const NodeBounds& node) const { return test_(node); }
 
   private:
     struct Entry {
@@ -53,12 +47,10 @@ class Sweep {
     void push(uint32_t node, double error_of_path);
     void pop();
     bool is_still_wanted(uint32_t node) const;
-    double screen_error(const Node& node) const;
+    double screen_error(const Node& node) const { return test_.screen_error(replica_.bounds(node)); }
 
     const Replica& replica_;
     RefinementTest test_;
-    Culling culling_;
-    glm::dvec3 eye_;  // unit space
     std::vector<uint8_t> wanted_;
     std::vector<double> path_error_;  // by split
     std::vector<Entry> heap_;

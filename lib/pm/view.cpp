@@ -1,6 +1,7 @@
 #include "pm/view.h"
 
 #include <cmath>
+#include <limits>
 
 #include "core/error.h"
 
@@ -52,8 +53,8 @@ void check(const View& view) {
         throw core::Error("view: the tolerance is not a number from 0 on");
 }
 
-RefinementTest::RefinementTest(const View& view, const Placement& placement)
-    : eye_(placement.unit_from_world(view.eye)), tolerance_(view.tolerance) {
+RefinementTest::RefinementTest(const View& view, const Placement& placement, Culling culling)
+    : eye_(placement.unit_from_world(view.eye)), tolerance_(view.tolerance), culling_(culling) {
     const auto side = [&](const glm::dvec3& across, double tangent, double sign) {
         return sign * (across - tangent * view.forward) / std::sqrt(1 + tangent * tangent);
     };
@@ -68,12 +69,19 @@ Verdict RefinementTest::operator()(const NodeBounds& node) const {
     const double radius = decode_radius(node.radius), distance = std::sqrt(glm::dot(offset, offset));
     // Each written so that what is not a number refines.
     if (decode_error(node.error) <= tolerance_ * (distance - radius)) return Verdict::accurate;
+    if (culling_ == Culling::off) return Verdict::refine;
     for (const glm::dvec3& inward : inward_)
         if (glm::dot(inward, offset) < -radius) return Verdict::outside;
     if (node.cone.angle < kAnyDirection &&
         is_turned_away(decode_cone(node.cone.axis, node.cone.angle), offset, distance, radius))
         return Verdict::faces_away;
     return Verdict::refine;
+}
+
+double RefinementTest::screen_error(const NodeBounds& node) const {
+    const glm::dvec3 offset = node.centre - eye_;
+    const double near = std::sqrt(glm::dot(offset, offset)) - decode_radius(node.radius);
+    return near > 0 ? decode_error(node.error) / near : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace pm

@@ -21,6 +21,8 @@ struct View {
     glm::dvec2 low{-1}, high{1};                                 // tangents
     double tolerance =
         0;  // the largest error, as the tangent of the angle that it is seen under: pixels / focal length
+
+    bool operator==(const View&) const = default;
 };
 
 // Of the raster of `view`; threshold_px >= 0.
@@ -29,6 +31,9 @@ View make_view(const geom::View& view, double threshold_px);
 // Throws core::Error where a view from outside cannot be used: a value that is not finite, axes that are not
 // orthonormal within 1e-6, tangents beyond 1e6 or not in order, a tolerance below 0, an eye beyond 1e150.
 void check(const View& view);
+
+// What of a view decides: all of it, or the distance and the tolerance alone, as if all could be seen.
+enum class Culling : uint8_t { on, off };
 
 enum class Verdict : uint8_t {
     refine,
@@ -45,13 +50,17 @@ enum class Verdict : uint8_t {
 // what the larger tolerance wants the smaller wants too.
 class RefinementTest {
   public:
-    RefinementTest(const View& view, const Placement& placement);
+    RefinementTest(const View& view, const Placement& placement, Culling culling = Culling::on);
     Verdict operator()(const NodeBounds& node) const;
+    // As the tangent of the angle that it is seen under from the nearest point of the sphere; infinite within
+    // it, or where it is not a number.
+    double screen_error(const NodeBounds& node) const;
 
   private:
     glm::dvec3 eye_;        // unit space
     glm::dvec3 inward_[4];  // unit normals of the pyramid's sides
     double tolerance_;
+    Culling culling_;
 };
 
 }  // namespace pm

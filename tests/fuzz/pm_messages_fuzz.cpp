@@ -32,13 +32,13 @@ void require_mesh(const pm::Replica& replica) {
 }
 
 // Two tetrahedra, to be split by whatever comes.
-pm::Replica two_tetrahedra(bool is_open) {
+pm::Replica two_tetrahedra(bool is_open, bool has_bounds = true) {
     pm::Header header;
     header.depth = 40;
     header.base_vertices = 8;
     header.placement.extent = 10;
     std::vector<pm::VertexData> vertices(8);
-    std::vector<pm::ChildData> nodes(8, pm::ChildData{false, 200, 40});
+    std::vector<pm::ChildData> nodes(has_bounds ? 8 : 0, pm::ChildData{false, 200, 40});
     std::vector<glm::u32vec3> faces;
     for (uint32_t v = 0; v != 8; ++v)
         vertices[v].position = glm::u32vec3(v * 1000, v % 3 * 2000, v % 5 * 700);
@@ -61,6 +61,29 @@ void check_packet(std::span<const std::byte> bytes, bool is_open) {
     require_mesh(replica);
 }
 
+void check_one_way(std::span<const std::byte> bytes) {
+    pm::Replica replica = two_tetrahedra(false, false);
+    pm::SplitModels models;
+    pm::PassCursor cursor(replica);
+    try {
+        pm::take_one_way(replica, models, cursor, 500, 0, bytes);
+    } catch (const core::Error&) {
+        // what was taken before stays
+    }
+    require_mesh(replica);
+}
+
+void check_list(std::span<const std::byte> bytes) {
+    pm::Replica replica = two_tetrahedra(false);
+    pm::SplitModels models;
+    try {
+        pm::take_list_packet(replica, models, std::vector<uint32_t>{0, 2, 3, 6}, 0, bytes);
+    } catch (const core::Error&) {
+        // what was taken before stays
+    }
+    require_mesh(replica);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -69,6 +92,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     check_message(bytes, pm::parse_reply);
     check_packet(bytes, false);
     check_packet(bytes, true);
+    check_one_way(bytes);
+    check_list(bytes);
     try {
         const pm::ClientState state = pm::ClientState::from_bytes(bytes, "state");
         require_mesh(state.replica());

@@ -9,7 +9,8 @@ head -c 3000 ball.state > cut.state
 for words in "pm://./socket/none --all" "pm://./socket/ball" "pm://./socket/ball --all --path path.jsonl" "http://x/ball --all" \
     "pm://./nobody/ball --all" "pm://./socket/other --all --resume ball.state" "pm://./socket/ball --all --resume cut.state" \
     "pm://./socket/ball --all --resume ball.pm" "pm://./socket/ball --path path.jsonl --frame 2" \
-    "pm://./socket/ball --all --resolution 0,5"; do
+    "pm://./socket/ball --all --resolution 0,5" "pm://./socket/ball --all --one-way --lists" \
+    "pm://./socket/ball --all --one-way --resume ball.state"; do
     pm-fetch $words
     echo "status $?"
 done

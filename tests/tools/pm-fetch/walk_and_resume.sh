@@ -15,5 +15,9 @@ diff <(value faces < first.jsonl) <(value faces < again.jsonl) && echo "the same
 pm-fetch pm://./socket/ --all -o all.ply
 pm-build ball.pm --level full -o full.ply
 echo "all of it: $(head -n 20 all.ply | strings | grep '^element') for $(head -n 20 full.ply | strings | grep '^element')"
+for service in --one-way --lists; do
+    pm-fetch pm://./socket/ --all $service -o ./$service.ply --quiet
+    diff <(head -n 20 all.ply | strings | grep '^element') <(head -n 20 -- ./$service.ply | strings | grep '^element') && echo "as much $service"
+done
 echo "sent: $(pm-serve --status ./socket | value splits_sent)"
 stop_server

@@ -72,21 +72,25 @@ class Session : public ::testing::Test {
     std::thread thread_;
 };
 
-TEST_F(Session, FetchesAWholeModel) {
+constexpr pm::Service kServices[] = {pm::Service::selective, pm::Service::one_way, pm::Service::lists};
+
+TEST_F(Session, FetchesAWholeModelByEveryService) {
     serve();
-    pm::Client client(stream(), kSoon);
-    client.open("torus");
-    EXPECT_TRUE(client.look_at(pm::View(), pm::Culling::off));
-    wait_for_all(client);
     const pm::Model torus = model("torus");
-    EXPECT_EQ(client.refine().split_count(), torus.details());
-    EXPECT_EQ(placed(pm::mesh_of(client.state().replica(), client.refine())),
-              placed(pm::mesh_of_level(torus, torus.details())));
-    const uint64_t up = client.stream().bytes_sent(), down = client.stream().bytes_received();
-    EXPECT_FALSE(client.look_at(pm::View(), pm::Culling::off));
-    EXPECT_TRUE(client.is_complete());
-    EXPECT_EQ(client.stream().bytes_sent(), up);
-    EXPECT_EQ(client.stream().bytes_received(), down);
+    for (const pm::Service service : kServices) {
+        pm::Client client(stream(), kSoon);
+        client.open("torus", service);
+        EXPECT_TRUE(client.look_at(pm::View(), pm::Culling::off));
+        wait_for_all(client);
+        EXPECT_EQ(client.refine().split_count(), torus.details());
+        EXPECT_EQ(placed(pm::mesh_of(client.state().replica(), client.refine())),
+                  placed(pm::mesh_of_level(torus, torus.details())));
+        const uint64_t up = client.stream().bytes_sent(), down = client.stream().bytes_received();
+        EXPECT_FALSE(client.look_at(pm::View(), pm::Culling::off));
+        EXPECT_TRUE(client.is_complete());
+        EXPECT_EQ(client.stream().bytes_sent(), up);
+        EXPECT_EQ(client.stream().bytes_received(), down);
+    }
 }
 
 // Cut after every k-th packet, also within one, and taken up again.
@@ -95,7 +99,10 @@ TEST_F(Session, GoesOnWhereItWasCut) {
     options.packet_decisions = 40;
     serve(options);
     const pm::Model torus = model("torus");
-    for (const uint64_t packets : {1u, 2u, 5u, 11u}) {
+    const std::tuple<uint64_t, pm::Service> cases[] = {
+        {1, pm::Service::selective},  {2, pm::Service::selective}, {5, pm::Service::selective},
+        {11, pm::Service::selective}, {2, pm::Service::one_way},   {3, pm::Service::lists}};
+    for (const auto& [packets, service] : cases) {
         std::unique_ptr<pm::ClientState> state;
         uint64_t splits = 0;
         int connections = 0;
@@ -103,20 +110,42 @@ TEST_F(Session, GoesOnWhereItWasCut) {
             ASSERT_LT(connections, 1000);
             pm::Client client(stream(), kSoon);
             if (state)
-                client.resume("torus", std::move(*state));
+                client.resume("torus", pm::ClientState::from_bytes(state->to_bytes(), "state"));
             else
-                client.open("torus");
-            client.look_at(pm::View(), pm::Culling::off);
+                client.open("torus", service);
+            is_done = !client.look_at(pm::View(), pm::Culling::off);
             while (!client.is_complete() && client.counts().packets < packets)
                 ASSERT_TRUE(client.wait(kSoon));
-            is_done = client.is_complete();
             splits += client.counts().splits;
             state = std::make_unique<pm::ClientState>(client.take_state());
+            is_done = is_done || state->replica().split_count() == torus.details();
         }
         EXPECT_EQ(splits, torus.details()) << "none is lost, none comes twice";
         EXPECT_EQ(state->replica().split_count(), torus.details());
-        EXPECT_FALSE(pm::Sweep(state->replica(), pm::View(), pm::Culling::off).current() != pm::kNone);
     }
+}
+
+// What a client was told of splits that it cannot have is not in its record, so it asks again.
+TEST_F(Session, AStateThatIsTakenOverForgetsWhatItsRecordDoesNotHold) {
+    serve();
+    const pm::ServedModel served(model("torus"));
+    Random random(12);
+    auto client = std::make_unique<pm::Client>(stream(), kSoon);
+    client->open("torus");
+    for (int i = 0; i != 40; ++i) {
+        geom::Camera camera;
+        const pm::Placement& at = served.model().header().placement;
+        camera.eye =
+            at.world_from_unit(glm::dvec3(0.5)) + random.direction() * at.extent * (0.2 + random.unit());
+        camera.target = at.world_from_unit(glm::dvec3(0.5) + 0.3 * random.direction());
+        camera.up = random.direction();
+        client->look_at(pm::make_view(geom::make_view(camera, 200, 200), 0.5 + 4 * random.unit()));
+        wait_for_all(*client);
+        auto again = std::make_unique<pm::Client>(stream(), kSoon);
+        again->resume("torus", client->take_state());
+        client = std::move(again);
+    }
+    EXPECT_GT(client->state().replica().split_count(), 100u);
 }
 
 TEST_F(Session, GoesOnAtAServerThatWasRestartedButNotWithAnotherModel) {
@@ -191,6 +220,14 @@ TEST_F(Session, RepliesThatFitNothingAreRefusedAndOthersGoOn) {
               "its views are not numbered in turn");
     EXPECT_EQ(refusal_of({pm::to_bytes(open), pm::to_bytes(open)}),
               "it has a model already; connect again for another one");
+    pm::Request list = view, by_lists = open;
+    list.kind = pm::RequestKind::list;
+    list.bytes = {std::byte{0xff}};
+    EXPECT_EQ(refusal_of({pm::to_bytes(open), pm::to_bytes(list)}),
+              "its service has lists in the place of views, or views in that of lists");
+    by_lists.service = pm::Service::lists;
+    EXPECT_EQ(refusal_of({pm::to_bytes(by_lists), pm::to_bytes(list), pm::to_bytes(list)}).substr(0, 22),
+              "its views are not numb");
     open.name = "../ball";
     EXPECT_EQ(refusal_of({pm::to_bytes(open)}), "'../ball' is not in the catalogue");
     view.view.eye.x = std::nan("");
@@ -202,8 +239,9 @@ TEST_F(Session, RepliesThatFitNothingAreRefusedAndOthersGoOn) {
     resume.hash = model("ball").hash();
     Random random(5);
     for (int i = 0; i != 20; ++i) {
-        resume.record.resize(1 + random.bits() % 50);
-        for (std::byte& byte : resume.record) byte = std::byte(random.bits());
+        resume.service = kServices[i % 3];
+        resume.bytes.resize(1 + random.bits() % 50);
+        for (std::byte& byte : resume.bytes) byte = std::byte(random.bits());
         refusal_of({pm::to_bytes(resume), {std::byte{77}}});
     }
     good.look_at(pm::View(), pm::Culling::off);

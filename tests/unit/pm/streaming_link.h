@@ -8,6 +8,9 @@
 #include "pm/answer.h"
 #include "pm/client_mesh.h"
 #include "pm/extract.h"
+#include "pm/lists.h"
+#include "pm/messages.h"
+#include "pm/one_way.h"
 #include "test_models.h"
 
 namespace pm_test {
@@ -22,10 +25,11 @@ struct StreamingLink {
     std::vector<std::byte> last_packet;
     size_t bytes = 0;
 
-    explicit StreamingLink(const pm::ServedModel& model)
+    explicit StreamingLink(const pm::ServedModel& model, pm::Service service = pm::Service::selective)
         : served(model),
+          record(service),
           server(std::make_unique<pm::ServedReplica>(model, record)),
-          base(pm::decode_base(model.model().header(), model.base_packet())),
+          base(pm::decode_base(model.model().header(), model.base_packet(service), tells_bounds(service))),
           client(model.model().header(), base.vertices, base.faces, base.nodes) {}
 
     bool lacks(const pm::View& view, pm::Culling culling = pm::Culling::on) const {
@@ -39,7 +43,7 @@ struct StreamingLink {
         pm::Sweep sweep(client, view, culling);
         pm::Answer answer(served, record, *server, view, culling);
         for (;;) {
-            const pm::Answer::Packet next = answer.next(packet);
+            const pm::Packet next = answer.next(packet);
             bytes += next.bytes.size();
             last_packet = next.bytes;
             pm::take_packet(client, models, sweep, next.decisions, next.check, next.bytes);
@@ -47,6 +51,33 @@ struct StreamingLink {
         }
         EXPECT_EQ(sweep.current(), pm::kNone);
         return answer.counts();
+    }
+
+    // One way.
+    void show_one_way(const pm::View& view, pm::Culling culling = pm::Culling::on, uint32_t packet = 100) {
+        pm::PassCursor cursor(client);
+        pm::OneWayAnswer answer(served, record, *server, view, culling);
+        for (bool is_last = false; !is_last;) {
+            const pm::Packet next = answer.next(packet);
+            bytes += next.bytes.size();
+            pm::take_one_way(client, models, cursor, next.decisions, next.check, next.bytes);
+            is_last = next.is_last;
+        }
+    }
+    // By lists, each of so many nodes at most; the number of lists.
+    int show_by_lists(const pm::View& view, pm::Culling culling = pm::Culling::on, size_t most = 300) {
+        for (int lists = 0;; ++lists) {
+            pm::Sweep sweep(client, view, culling);
+            if (sweep.current() == pm::kNone) return lists;
+            const pm::NodeList list = pm::make_list(client, models, sweep, most);
+            const std::vector<uint32_t> details = pm::read_list(*server, record.models, list.bytes);
+            EXPECT_EQ(details.size(), list.nodes.size());
+            pm::ListAnswer answer(served, record, *server, details);
+            const pm::Packet next = answer.next(pm::kMostDecisions);
+            EXPECT_TRUE(next.is_last);
+            bytes += next.bytes.size();
+            pm::take_list_packet(client, models, list.nodes, next.check, next.bytes);
+        }
     }
 
     pm::Front finest() const {

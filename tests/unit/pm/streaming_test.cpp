@@ -63,6 +63,68 @@ TEST(Streaming, AViewGetsWhatItWantsAndNothingTheSecondTime) {
     }
 }
 
+// What is sent one way is what the view wants, and of a whole model all of it, face for face.
+TEST(Streaming, OneWayGetsTheSameSplitsInFewerBytes) {
+    Random random(38);
+    for (const mesh::Mesh& mesh : meshes()) {
+        const pm::ServedModel served(build_model(mesh));
+        pm::Selection selection(served.model());
+        StreamingLink one_way(served, pm::Service::one_way), selective(served);
+        for (int i = 0; i != 10; ++i) {
+            const pm::View view = random_view(random, served);
+            one_way.show_one_way(view, pm::Culling::on, 1 + uint32_t(random.bits() % 200));
+            if (i % 3 == 0) one_way.forget();
+            selective.show(view);
+            for (const uint32_t d : selection.select(view)) ASSERT_TRUE(one_way.record.is_sent(d));
+        }
+        one_way.expect_same_mesh();
+        EXPECT_LE(one_way.record.count(), selective.record.count());
+        one_way.show_one_way(pm::View(), pm::Culling::off);
+        selective.show(pm::View(), pm::Culling::off);
+        EXPECT_EQ(one_way.record.count(), served.model().details());
+        one_way.expect_same_mesh();
+        EXPECT_LT(one_way.bytes, selective.bytes);
+    }
+}
+
+TEST(Streaming, ListsGetWhatAViewWantsButForCones) {
+    Random random(39);
+    for (const mesh::Mesh& mesh : meshes()) {
+        const pm::ServedModel served(build_model(mesh));
+        pm::Selection selection(served.model());
+        StreamingLink link(served, pm::Service::lists);
+        for (int i = 0; i != 10; ++i) {
+            const pm::View view = random_view(random, served);
+            link.show_by_lists(view);
+            if (i % 3 == 0) link.forget();
+            for (const uint32_t d : selection.select(view)) ASSERT_TRUE(link.record.is_sent(d));
+            ASSERT_EQ(link.show_by_lists(view), 0);
+        }
+        link.expect_same_mesh();
+        link.show_by_lists(pm::View(), pm::Culling::off);
+        EXPECT_EQ(link.record.count(), served.model().details());
+        link.expect_same_mesh();
+    }
+}
+
+TEST(Streaming, ListsThatAskForWhatCannotBeAreErrors) {
+    Random random(40);
+    const pm::ServedModel served(build_model(splat_test::icosphere(3)));
+    for (int i = 0; i != 100; ++i) {
+        StreamingLink link(served, pm::Service::lists);
+        link.show_by_lists(random_view(random, served));
+        std::vector<std::byte> bytes(random.bits() % 40);
+        for (std::byte& byte : bytes) byte = std::byte(random.bits());
+        try {
+            const std::vector<uint32_t> details = pm::read_list(*link.server, link.record.models, bytes);
+            pm::ListAnswer(served, link.record, *link.server, details).next(pm::kMostDecisions);
+        } catch (const core::Error&) {
+            continue;  // what was sent before stays
+        }
+        EXPECT_NO_THROW(pm::ServedReplica(served, link.record));
+    }
+}
+
 // What is kept of a client is enough: a server that builds all else anew sends the same bytes.
 TEST(Streaming, AServerThatForgetsItsReplicaSendsTheSameBytes) {
     for (const mesh::Mesh& mesh : meshes()) {
@@ -116,9 +178,16 @@ TEST(Streaming, ARecordTellsAnotherServerWhatWasSent) {
     for (const mesh::Mesh& mesh : meshes()) {
         const pm::ServedModel served(build_model(mesh));
         StreamingLink link(served);
-        for (int i = 0; i != 10; ++i) link.show(random_view(random, served));
+        StreamingLink one_way(served, pm::Service::one_way);
+        for (int i = 0; i != 10; ++i) {
+            link.show(random_view(random, served));
+            one_way.show_one_way(random_view(random, served));
+        }
         const std::vector<std::byte> bytes = pm::encode_record(link.client);
         const pm::SentRecord record = pm::decode_record(served, bytes);
+        const pm::SentRecord without_bounds =
+            pm::decode_record(served, pm::encode_record(one_way.client), pm::Service::one_way);
+        EXPECT_EQ(without_bounds.count(), one_way.record.count());
         EXPECT_EQ(record.count(), link.record.count());
         for (uint32_t d = 0; d != served.model().details(); ++d)
             ASSERT_EQ(record.is_sent(d), link.record.is_sent(d));
@@ -139,7 +208,7 @@ TEST(Streaming, AStateComesBackAsItWas) {
             const pm::View view = random_view(random, served);
             pm::Sweep sweep(state.replica(), view);
             pm::Answer answer(served, link.record, *link.server, view);
-            const pm::Answer::Packet packet = answer.next(pm::kMostDecisions);
+            const pm::Packet packet = answer.next(pm::kMostDecisions);
             pm::take_packet(state.replica(), link.models, sweep, packet.decisions, packet.check,
                             packet.bytes);
         }
@@ -156,6 +225,28 @@ TEST(Streaming, AStateComesBackAsItWas) {
     }
 }
 
+TEST(Streaming, DamagedOneWayPacketsAreErrorsOrMeshes) {
+    Random random(41);
+    const pm::ServedModel served(build_model(splat_test::icosphere(3)));
+    int errors = 0;
+    for (int i = 0; i != 100; ++i) {
+        StreamingLink link(served, pm::Service::one_way);
+        pm::PassCursor cursor(link.client);
+        pm::OneWayAnswer answer(served, link.record, *link.server, random_view(random, served));
+        pm::Packet packet = answer.next(200);
+        if (packet.bytes.empty()) continue;
+        packet.bytes[random.bits() % packet.bytes.size()] ^= std::byte(1 + random.bits() % 255);
+        if (i % 3 == 0) packet.bytes.resize(packet.bytes.size() / 2);
+        try {
+            pm::take_one_way(link.client, link.models, cursor, packet.decisions, packet.check, packet.bytes);
+        } catch (const core::Error&) {
+            ++errors;
+        }
+        link.finest();
+    }
+    EXPECT_GT(errors, 50);
+}
+
 // Whatever a packet says, what the client has stays a mesh.
 TEST(Streaming, DamagedPacketsAreErrorsOrMeshes) {
     Random random(36);
@@ -166,7 +257,7 @@ TEST(Streaming, DamagedPacketsAreErrorsOrMeshes) {
         const pm::View view = random_view(random, served);
         pm::Sweep sweep(link.client, view);
         pm::Answer answer(served, link.record, *link.server, view);
-        pm::Answer::Packet packet = answer.next(200);
+        pm::Packet packet = answer.next(200);
         for (int flips = 0; flips != 3 && !packet.bytes.empty(); ++flips)
             packet.bytes[random.bits() % packet.bytes.size()] ^= std::byte(1 + random.bits() % 255);
         if (i % 3 == 0) packet.bytes.resize(packet.bytes.size() / 2);
