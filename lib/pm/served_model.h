@@ -56,6 +56,7 @@ class SentRecord {
     }
     uint32_t count() const { return count_; }
     size_t memory_bytes() const;
+    size_t bits_bytes() const { return bits_.size() * sizeof(uint64_t); }
 
     // Details that were found to need another one that was not wanted, and the detail that the client takes
     // it for.

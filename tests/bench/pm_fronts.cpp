@@ -7,7 +7,7 @@
 // vertex that is farthest along x, looking at it; 45 degrees, 16:9.  Tolerances are shares of the picture's
 // height. The error is the distance of every third vertex of the fully refined mesh that faces the eye and is
 // in the picture from the nearest point of the front's mesh, as seen from the eye, by the tolerance.  What
-// hides what is not asked.
+// hides what is not asked.  Each line of output is a JSON object.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,6 +15,7 @@
 #include <random>
 
 #include "core/error.h"
+#include "core/program.h"
 #include "core/stopwatch.h"
 #include "geom/path.h"
 #include "mesh/distance.h"
@@ -97,15 +98,21 @@ void measure_view(const pm::Model& model, const Surface& surface, const char* na
     double squares = 0;
     for (const double e : errors) squares += e * e;
     const auto within = std::upper_bound(errors.begin(), errors.end(), 1.1) - errors.begin();
-    std::printf(
-        "%-6s 1/%-5.0f %8u splits %8llu faces; stopped: %llu accurate, %llu outside, %llu facing away, %llu "
-        "blocked; "
-        "error/tolerance rms %.2f, 99.9%% %.2f, max %.2f, within 1.1: %.3f%%; select %.2f ms\n",
-        name, 1 / share, front.split_count(), static_cast<unsigned long long>(front.face_count()),
-        static_cast<unsigned long long>(c.accurate), static_cast<unsigned long long>(c.outside),
-        static_cast<unsigned long long>(c.faces_away), static_cast<unsigned long long>(c.blocked),
-        std::sqrt(squares / double(errors.size())), errors[size_t(0.999 * double(errors.size() - 1))],
-        errors.back(), 100 * double(within) / double(errors.size()), best_ms);
+    core::print(core::Json{{"view", name},
+                           {"tolerance", core::text("1/%.0f", 1 / share)},
+                           {"splits", front.split_count()},
+                           {"faces", front.face_count()},
+                           {"accurate", c.accurate},
+                           {"outside", c.outside},
+                           {"faces_away", c.faces_away},
+                           {"blocked", c.blocked},
+                           {"rms", std::sqrt(squares / double(errors.size()))},
+                           {"p999", errors[size_t(0.999 * double(errors.size() - 1))]},
+                           {"max", errors.back()},
+                           {"within_1_1", double(within) / double(errors.size())},
+                           {"select_ms", best_ms}}
+                    .dump() +
+                "\n");
 }
 
 // Faces turned by more than 90 degrees from the face of the fully refined mesh with the same leaf corners, of
@@ -134,9 +141,12 @@ void measure_fold_overs(const pm::Model& model, int fronts) {
         for (const glm::u32vec3& face : tree.base_faces) look_at(face);
         for (uint32_t d = 0; d < tree.details(); ++d)
             if (front.is_split(d)) look_at(tree.faces[d].left), look_at(tree.faces[d].right);
-        std::printf("random front of %u splits: %.2f%% of %llu moved faces are folded over\n",
-                    front.split_count(), 100 * double(folded) / double(std::max<uint64_t>(moved, 1)),
-                    static_cast<unsigned long long>(moved));
+        core::print(core::Json{{"view", "random front"},
+                               {"splits", front.split_count()},
+                               {"moved_faces", moved},
+                               {"folded", double(folded) / double(std::max<uint64_t>(moved, 1))}}
+                        .dump() +
+                    "\n");
     }
 }
 
