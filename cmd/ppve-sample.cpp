@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "core/one_of.h"
 #include "core/program.h"
+#include "core/words.h"
 #include "net/stop_signals.h"
 #include "ppve/server.h"
 #include "scene/samplers.h"

@@ -5,9 +5,9 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "core/one_of.h"
 #include "core/program.h"
 #include "core/stopwatch.h"
+#include "core/words.h"
 #include "mesh/mesh.h"
 #include "mesh/read_report.h"
 #include "splat/build.h"

@@ -9,8 +9,8 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "core/one_of.h"
 #include "core/program.h"
+#include "core/words.h"
 #include "geom/path.h"
 #include "mesh/mesh.h"
 #include "splat/format.h"

@@ -54,7 +54,7 @@ void add_options(core::Program& program, Arguments& a) {
         ->check(kNotEmpty)
         ->type_name("NAME");
     app.add_option("--format", a.format, "png, ppm, y4m or rgb (default: by the extension, y4m for -)")
-        ->check(kNotEmpty)
+        ->check(core::one_of(kFormatWords))
         ->type_name("WORD");
     program.add_number("--fps", a.fps, 0.001, 1000, "",
                        "Frames a second, for y4m (default: from the path's times)");
@@ -85,16 +85,23 @@ void add_options(core::Program& program, Arguments& a) {
     program.add_duration("--budget", a.budget_ms, 0.001, 3.6e6,
                          "Time for a frame, 33ms: --threshold rises to keep it");
     app.add_flag("--refine", a.refine, "Draw each camera several times, finer and finer, for --report");
-    app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")->type_name("KIND");
-    app.add_option("--shade", a.shade, "lit, normal, level or flat")->type_name("MODE");
-    app.add_option("--samples", a.samples, "Samples a pixel: 1, 4 or 16")->type_name("N");
+    app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")
+        ->check(scene::splat_kinds())
+        ->type_name("KIND");
+    app.add_option("--shade", a.shade, "lit, normal, level or flat")->check(scene::shades())->type_name("MODE");
+    app.add_option("--samples", a.samples, "Samples a pixel: 1, 4 or 16")
+        ->check(core::one_of(kSampleWords))
+        ->type_name("N");
     program.add_numbers("--key-light", a.key_light, "X,Y,Z", "Light from there, and less from the eye");
     app.add_option("--background", a.background, "R,G,B, 0 to 255 each, #rrggbb, #rrggbbaa, or none")
         ->type_name("COLOUR");
     app.add_flag("--keep-backfaces", a.keep_backfaces, "Draw also what faces away");
     app.add_option("--occlusion", a.occlusion, "Leave out what surfaces hide: auto, on or off")
+        ->check(core::one_of(kOcclusionWords))
         ->type_name("WORD");
-    app.add_option("--backend", a.backend, "What draws: cpu, osmesa, egl or auto")->type_name("NAME");
+    app.add_option("--backend", a.backend, "What draws: cpu, osmesa, egl or auto")
+        ->check(scene::backend_kinds())
+        ->type_name("NAME");
     // Asked for before what is required is missed.
     app.add_flag_callback(
         "--list-backends",

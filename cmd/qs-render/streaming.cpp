@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "core/one_of.h"
+#include "core/words.h"
 #include "scene/remote_models.h"
 
 namespace qs_render {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "core/one_of.h"
+#include "core/words.h"
 
 namespace core {
 

@@ -18,8 +18,8 @@
 #include "core/completion.h"
 #include "core/error.h"
 #include "core/file.h"
-#include "core/one_of.h"
 #include "core/parallel.h"
+#include "core/words.h"
 
 namespace core {
 

@@ -27,6 +27,16 @@ constexpr Word<BackendKind> kBackendWords[] = {{"cpu", BackendKind::cpu},
 
 }  // namespace
 
+CLI::Validator splat_kinds() {
+    return core::one_of(kSplatWords);
+}
+CLI::Validator shades() {
+    return core::one_of(kShadeWords);
+}
+CLI::Validator backend_kinds() {
+    return core::one_of(kBackendWords);
+}
+
 render::SplatKind splat_kind_of(const std::string& option, const std::string& word) {
     return core::value_of(option, word, kSplatWords);
 }

@@ -1,8 +1,9 @@
 // What command lines say about how models are drawn, the same in all programs that draw them.
 //
-// All throw core::UsageError, which names the option and what it could have been.
+// All functions with an option's name throw core::UsageError, which names it and what it could have been.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <array>
 #include <glm/glm.hpp>
 #include <optional>
@@ -12,6 +13,11 @@
 #include "scene/backends.h"
 
 namespace scene {
+
+// For CLI::Option::check(): the words that the functions below take.
+CLI::Validator splat_kinds();
+CLI::Validator shades();
+CLI::Validator backend_kinds();
 
 render::SplatKind splat_kind_of(const std::string& option, const std::string& word);
 render::Shade shade_of(const std::string& option, const std::string& word);

@@ -9,8 +9,8 @@
 #include "child.h"
 #include "core/error.h"
 #include "core/file.h"
-#include "core/one_of.h"
 #include "core/parallel.h"
+#include "core/words.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "core/one_of.h"
+#include "core/words.h"
 
 #include <algorithm>
 
@@ -8,20 +8,19 @@ namespace {
 
 constexpr char kBetween = '|';
 
-// "lit, normal, level or flat"
-std::string list_of(const std::vector<std::string>& words) {
+}  // namespace
+
+std::string is_not(const std::string& word, const std::vector<std::string>& words) {
     std::string list;
     for (size_t i = 0; i < words.size(); ++i)
         list += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
-    return list;
+    return "'" + word + "' is not " + list;
 }
-
-}  // namespace
 
 CLI::Validator one_of(const std::vector<std::string>& words) {
     const auto check = [words](const std::string& word) {
         const bool is_known = std::find(words.begin(), words.end(), word) != words.end();
-        return is_known ? "" : "'" + word + "' is not " + list_of(words);
+        return is_known ? "" : is_not(word, words);
     };
     // An option keeps no more of its check than a name and a description, and --help would show the
     // description.
