@@ -9,7 +9,7 @@ set(CPACK_STRIP_FILES ON)
 # Units are told where the programs will be, which is not where they are staged.
 set(CPACK_SET_DESTDIR ON)
 set(CPACK_INSTALL_PREFIX /usr)
-set(CPACK_PRE_BUILD_SCRIPTS ${QS_PACKAGE_SOURCE}/compress.cmake)
+set(CPACK_PRE_BUILD_SCRIPTS ${QS_PACKAGE_SOURCE}/debian-staged.cmake)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)

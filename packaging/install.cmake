@@ -40,7 +40,7 @@ function(qs_install_program name)
   install(TARGETS ${name} COMPONENT ${component})
   qs_install_page(man/${name}.1 ${component})
   qs_completion(bash ${name} bash-completion/completions)
-  qs_completion(zsh _${name} zsh/vendor-completions)
+  qs_completion(zsh _${name} zsh/site-functions)
   qs_completion(fish ${name}.fish fish/vendor_completions.d)
 endfunction()
 
