@@ -367,40 +367,71 @@ class Patch {
     uint32_t face_[kPlaces];
 };
 
-// Square of the distance from (px, py, 0) to the triangle a, b, c: to its plane where the foot is inside,
-// else to the edges.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V SquareToTriangle(D d, V px, V py, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
-    const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-    const auto edge = [&](const glm::vec3& from, const glm::vec3& to) {
-        const glm::vec3 e = to - from;
-        const float square = glm::dot(e, e);
+// A triangle, with what its distance from points is found by.
+class MeasuredTriangle {
+  public:
+    MeasuredTriangle() = default;
+    MeasuredTriangle(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c)
+        : normal_(glm::cross(b - a, c - a)) {
+        const float area = glm::dot(normal_, normal_);
+        has_area_ = area > 0, inverse_area_ = 1.0f / area;
+        const glm::vec3* const corners[4] = {&a, &b, &c, &a};
+        for (int k = 0; k < 3; ++k) {
+            Edge& edge = edge_[k];
+            edge.from = *corners[k], edge.along = *corners[k + 1] - *corners[k];
+            const float square = glm::dot(edge.along, edge.along);
+            edge.inverse = square > 0 ? 1.0f / square : 0.0f;
+            edge.inwards = glm::cross(normal_, edge.along);
+        }
+    }
+
+    // Square of the distance from (px, py, 0): to its plane where the foot is inside, else to the edges.
+    template <class D, class V = hn::Vec<D>>
+    HWY_INLINE V square_from(D d, V px, V py) const {
+        const V edges = hn::Min(square_to(d, edge_[0], px, py),
+                                hn::Min(square_to(d, edge_[1], px, py), square_to(d, edge_[2], px, py)));
+        if (!has_area_) return edges;
+        const auto inside = hn::And(is_inside(d, edge_[0], px, py),
+                                    hn::And(is_inside(d, edge_[1], px, py), is_inside(d, edge_[2], px, py)));
+        const glm::vec3& a = edge_[0].from;
+        const V x = hn::Sub(px, hn::Set(d, a.x)), y = hn::Sub(py, hn::Set(d, a.y));
+        const V plane = hn::Add(hn::Add(hn::Mul(x, hn::Set(d, normal_.x)), hn::Mul(y, hn::Set(d, normal_.y))),
+                                hn::Set(d, -a.z * normal_.z));
+        return hn::IfThenElse(inside, hn::Mul(hn::Mul(plane, plane), hn::Set(d, inverse_area_)), edges);
+    }
+
+  private:
+    struct Edge {
+        glm::vec3 from, along, inwards;  // inwards: across the edge, in the plane
+        float inverse;                   // of its length's square; 0 of none
+    };
+
+    template <class D, class V = hn::Vec<D>>
+    static HWY_INLINE V square_to(D d, const Edge& edge, V px, V py) {
+        const glm::vec3 &from = edge.from, &e = edge.along;
         const V x = hn::Sub(px, hn::Set(d, from.x)), y = hn::Sub(py, hn::Set(d, from.y)),
                 z = hn::Set(d, -from.z);
         const V dot = hn::Add(hn::Add(hn::Mul(x, hn::Set(d, e.x)), hn::Mul(y, hn::Set(d, e.y))),
                               hn::Mul(z, hn::Set(d, e.z)));
-        const V t = hn::Min(one, hn::Max(zero, hn::Mul(dot, hn::Set(d, square > 0 ? 1.0f / square : 0.0f))));
+        const V t = hn::Min(hn::Set(d, 1.0f), hn::Max(hn::Zero(d), hn::Mul(dot, hn::Set(d, edge.inverse))));
         const V u = hn::Sub(x, hn::Mul(t, hn::Set(d, e.x))), v = hn::Sub(y, hn::Mul(t, hn::Set(d, e.y))),
                 w = hn::Sub(z, hn::Mul(t, hn::Set(d, e.z)));
         return hn::Add(hn::Add(hn::Mul(u, u), hn::Mul(v, v)), hn::Mul(w, w));
-    };
-    const V edges = hn::Min(edge(a, b), hn::Min(edge(b, c), edge(c, a)));
-    const glm::vec3 n = glm::cross(b - a, c - a);
-    const float area = glm::dot(n, n);
-    if (!(area > 0)) return edges;
-    const auto side = [&](const glm::vec3& from, const glm::vec3& to) {  // of the edge, in the plane
-        const glm::vec3 m = glm::cross(n, to - from);
+    }
+    template <class D, class V = hn::Vec<D>>
+    static HWY_INLINE hn::Mask<D> is_inside(D d, const Edge& edge, V px, V py) {
+        const glm::vec3 &from = edge.from, &m = edge.inwards;
         const V x = hn::Sub(px, hn::Set(d, from.x)), y = hn::Sub(py, hn::Set(d, from.y));
         return hn::Ge(hn::Add(hn::Add(hn::Mul(x, hn::Set(d, m.x)), hn::Mul(y, hn::Set(d, m.y))),
                               hn::Set(d, -from.z * m.z)),
-                      zero);
-    };
-    const auto inside = hn::And(side(a, b), hn::And(side(b, c), side(c, a)));
-    const V x = hn::Sub(px, hn::Set(d, a.x)), y = hn::Sub(py, hn::Set(d, a.y));
-    const V plane =
-        hn::Add(hn::Add(hn::Mul(x, hn::Set(d, n.x)), hn::Mul(y, hn::Set(d, n.y))), hn::Set(d, -a.z * n.z));
-    return hn::IfThenElse(inside, hn::Mul(hn::Mul(plane, plane), hn::Set(d, 1.0f / area)), edges);
-}
+                      hn::Zero(d));
+    }
+
+    Edge edge_[3];
+    glm::vec3 normal_;
+    float inverse_area_;
+    bool has_area_;
+};
 
 // Bound on the distance of the disc's points from the faces about the leaf and about its neighbours that are
 // not far from the disc (of more than kMost, the first ones).
@@ -421,19 +452,16 @@ HWY_NOINLINE float NearFacesError(const Surface& surface, const LeafDisc& disc) 
         for (const uint32_t corner : {surface.fan[k].x, surface.fan[k].y})
             if (count < kMost && !is_among(corner, count) && glm::length(turned(corner)) < 2)
                 pivots[count++] = corner;
-    glm::vec3 v[kMost], p[kMost], q[kMost];
+    MeasuredTriangle face[kMost];
     size_t taken = 0;
     for (size_t n = 0; n < count; ++n)
         for (uint32_t k = surface.fan_begin[pivots[n]]; k < surface.fan_begin[pivots[n] + 1] && taken < kMost;
              ++k) {
-            const glm::u32vec2 face = surface.fan[k];
-            if (is_among(face.x, n) || is_among(face.y, n)) continue;
-            v[taken] = turned(pivots[n]), p[taken] = turned(face.x), q[taken] = turned(face.y);
-            ++taken;
+            const glm::u32vec2 others = surface.fan[k];
+            if (is_among(others.x, n) || is_among(others.y, n)) continue;
+            face[taken++] = {turned(pivots[n]), turned(others.x), turned(others.y)};
         }
-    const auto square_of = [&](size_t k, auto x, auto y) {
-        return SquareToTriangle(Sectors(), x, y, v[k], p[k], q[k]);
-    };
+    const auto square_of = [&](size_t k, auto x, auto y) { return face[k].square_from(Sectors(), x, y); };
     const auto error = [](size_t) { return 0.0f; };
     return disc.radius * Cells(1.0f, taken, square_of, error).fine_bound(kErrorOfRadius[disc.flatness][0]);
 }
@@ -511,8 +539,8 @@ class Ring {
     // Bound on the distance of the disc's points from these faces (of more than kMost, the first ones).
     HWY_NOINLINE float distance(float enough) const {
         constexpr size_t kMost = 64;
-        glm::vec3 v[kMost], p[kMost], q[kMost];
-        v[0] = corner_[0], p[0] = corner_[1], q[0] = corner_[2];
+        MeasuredTriangle face[kMost];
+        face[0] = {corner_[0], corner_[1], corner_[2]};
         size_t count = 1;
         for (int k = 0; k < 3; ++k)
             for (uint32_t at = fans_.begin[own_[k]]; at < fans_.begin[own_[k] + 1] && count < kMost; ++at) {
@@ -521,14 +549,10 @@ class Ring {
                 for (int before = 0; before < k; ++before)
                     is_known |= others.x == own_[before] || others.y == own_[before];
                 if (is_known) continue;
-                v[count] = corner_[k];
-                p[count] = corner_[k] + turned(fans_.p.get(at)),
-                q[count] = corner_[k] + turned(fans_.q.get(at));
-                ++count;
+                face[count++] = {corner_[k], corner_[k] + turned(fans_.p.get(at)),
+                                 corner_[k] + turned(fans_.q.get(at))};
             }
-        const auto square_of = [&](size_t k, auto x, auto y) {
-            return SquareToTriangle(Sectors(), x, y, v[k], p[k], q[k]);
-        };
+        const auto square_of = [&](size_t k, auto x, auto y) { return face[k].square_from(Sectors(), x, y); };
         const auto error = [](size_t) { return 0.0f; };
         return Cells(1.0f, count, square_of, error).fine_bound(enough);
     }
