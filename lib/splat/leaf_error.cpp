@@ -303,7 +303,13 @@ class Patch {
         return glm::vec3(surface_.at[surface_.faces[face].corner[k]] - centre_);
     }
     void place(size_t i) {
-        for (int k = 0; k < 3; ++k) faces_.set(size_t(k), i, corner(face_[i], k));
+        const Surface::Face& face = surface_.faces[face_[i]];
+        for (int k = 0; k < 3; ++k) {
+            // grow() will ask for its mark.
+            if (face.against[k] != Surface::kNone)
+                hwy::Prefetch(&surface_.faces[Surface::face_of(face.against[k])]);
+            faces_.set(size_t(k), i, corner(face_[i], k));
+        }
     }
 
     HWY_NOINLINE bool has_averted(size_t begin, size_t end, const glm::vec3& normal) const {
