@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #include "splat/cells-inl.h"
+#include "splat/pack-inl.h"
 #include "splat/vector3-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -95,8 +96,9 @@ std::span<const uint32_t> Touching(const Spheres& spheres, std::span<const NodeR
             const W reach = hn::Add(hn::Mul(hn::Set(d, part), hn::LoadU(d, &spheres.radius[i])), radius);
             const auto touching =
                 hn::And(hn::FirstN(d, group.count - k), hn::Lt(Dot(to, to), hn::Mul(reach, reach)));
-            hn::CompressStore(hn::Iota(du, uint32_t(i)), hn::RebindMask(du, touching), du, out + count);
-            count += hn::CountTrue(d, touching);
+            const Pack<decltype(du)> pack(hn::RebindMask(du, touching));
+            hn::StoreU(pack.of(hn::Iota(du, uint32_t(i))), du, out + count);
+            count += pack.count();
         }
     return {out, count};
 }

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "splat/cells-inl.h"
+#include "splat/pack-inl.h"
 #include "splat/vector3-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -169,14 +170,15 @@ class Patch {
             matters = hn::AndNot(
                 hn::And(facing, hn::Or(is_beyond(a, b), hn::Or(is_beyond(b, c), is_beyond(c, a)))), matters);
             if (hn::AllFalse(d, matters)) continue;
+            const Pack<D> pack(matters);
             const V3* const points[3] = {&a, &b, &c};
             for (size_t k = 0; k < 3; ++k) {
-                hn::CompressStore(points[k]->x, matters, d, &close.faces.at[k][0][close.count]);
-                hn::CompressStore(points[k]->y, matters, d, &close.faces.at[k][1][close.count]);
-                hn::CompressStore(points[k]->z, matters, d, &close.faces.at[k][2][close.count]);
+                hn::StoreU(pack.of(points[k]->x), d, &close.faces.at[k][0][close.count]);
+                hn::StoreU(pack.of(points[k]->y), d, &close.faces.at[k][1][close.count]);
+                hn::StoreU(pack.of(points[k]->z), d, &close.faces.at[k][2][close.count]);
             }
-            if (has_rim_) hn::CompressStore(hn::LoadU(d, &rim_[i]), matters, d, &close.rim[close.count]);
-            close.count += hn::CountTrue(d, matters);
+            if (has_rim_) hn::StoreU(pack.of(hn::LoadU(d, &rim_[i])), d, &close.rim[close.count]);
+            close.count += pack.count();
         }
         return view_of(close, disc);
     }

@@ -11,6 +11,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "splat/pack-inl.h"
+
 #ifndef QS_SPLAT_SURFACE_ONCE
 #define QS_SPLAT_SURFACE_ONCE
 namespace splat {
@@ -129,10 +131,11 @@ void AddFaces(const Faces& faces, const LeafFaces& leaf, Surface& out, uint32_t&
     using M = hn::Mask<decltype(d)>;
     const auto put = [&](const std::vector<float>* from, size_t at, M mask, PointArrays& to, uint32_t& end)
                          HWY_ATTR {
-                             hn::StoreU(hn::Compress(hn::LoadU(d, &from[0][at]), mask), d, &to.x[end]);
-                             hn::StoreU(hn::Compress(hn::LoadU(d, &from[1][at]), mask), d, &to.y[end]);
-                             hn::StoreU(hn::Compress(hn::LoadU(d, &from[2][at]), mask), d, &to.z[end]);
-                             end += uint32_t(hn::CountTrue(d, mask));
+                             const Pack<decltype(d)> pack(mask);
+                             hn::StoreU(pack.of(hn::LoadU(d, &from[0][at])), d, &to.x[end]);
+                             hn::StoreU(pack.of(hn::LoadU(d, &from[1][at])), d, &to.y[end]);
+                             hn::StoreU(pack.of(hn::LoadU(d, &from[2][at])), d, &to.z[end]);
+                             end += uint32_t(pack.count());
                          };
     for (const bool is_inside : {false, true}) {
         for (uint32_t k = 0; k < leaf.count; k += uint32_t(hn::Lanes(d))) {
