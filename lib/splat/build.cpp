@@ -164,6 +164,7 @@ class Builder {
     void collect_subtrees(const UpperCut& cut) {
         if (cut.is_subtree()) {
             subtree_begin_.push_back(cut.begin);
+            gap_sides_.push_back(cut.gap_sides);
             return;
         }
         collect_subtrees(*cut.left);
@@ -525,7 +526,7 @@ class Builder {
                                          points_, &*neighbours_,     mesh_.colours};
                 model_.subtrees[s] =
                     encode_triangles(gather_triangles(in, triangles_, boundary_[s], counts[s].open_fans),
-                                     !mesh_.colours.empty(), subtree_parent_[s], counts[s]);
+                                     gap_sides_[s], !mesh_.colours.empty(), subtree_parent_[s], counts[s]);
                 return;
             }
             SubtreeInput in;
@@ -534,7 +535,7 @@ class Builder {
             in.faces = buckets_.of(s);
             in.offset = model_offset_, in.inverse_scale = inverse_scale_;
             in.normals = mesh_.normals, in.colours = mesh_.colours, in.cloud_radii = cloud_radii_;
-            model_.subtrees[s] = encode_subtree(in, subtree_parent_[s], counts[s], boundary_[s]);
+            model_.subtrees[s] = encode_subtree(in, gap_sides_[s], subtree_parent_[s], counts[s], boundary_[s]);
         });
         for (const FitCounts& c : counts) report_.fit.add(c);
     }
@@ -603,6 +604,7 @@ class Builder {
     std::vector<uint32_t> leaf_of_;
     std::unique_ptr<UpperCut> root_;
     std::vector<uint32_t> subtree_begin_, subtree_hint_;
+    std::vector<std::span<const GapSide>> gap_sides_;  // by subtree
     glm::dvec3 model_offset_{0};
     double inverse_scale_ = 1;
     TriangleLeaves triangles_;

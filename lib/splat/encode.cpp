@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <tuple>
 
 #include "splat/errors.h"
 
@@ -53,8 +54,8 @@ struct Hulls {
 
 class SubtreeEncoder {
   public:
-    SubtreeEncoder(Surface&& surface, bool has_colour, FitCounts& counts)
-        : counts_(counts), has_colour_(has_colour), surface_(std::move(surface)) {}
+    SubtreeEncoder(Surface&& surface, std::span<const GapSide> gap_sides, bool has_colour, FitCounts& counts)
+        : counts_(counts), gap_sides_(gap_sides), has_colour_(has_colour), surface_(std::move(surface)) {}
 
     CodedTree run(const Node& parent, std::vector<glm::u32vec2>& boundary) {
         make_hulls();
@@ -143,22 +144,38 @@ class SubtreeEncoder {
 
     // ---- groups
 
-    size_t points_of(const Run& run) const {
-        if (is_exact(run)) {
-            size_t count = 0;
-            for (uint32_t i = run.begin; i < run.end; ++i) count += corner_end(run, i) - surface_.corner_begin[i];
-            return count;
+    // What holds a run, from its first leaf on: leaf(i), and of a larger run hull(hulls, h).  A prism about a
+    // group of leaves would be 3 % larger, and cost a tenth more splats for the same picture.  Runs beside gaps
+    // begin and end within hulls, which then do not stand for them.
+    template <class OnLeaf, class OnHull>
+    void for_parts(const Run& run, const OnLeaf& leaf, const OnHull& hull) const {
+        const auto fits = [&](const Hulls& hulls, uint32_t i) {
+            return run.size() > hulls.leaves && i % hulls.leaves == 0 &&
+                   (i + hulls.leaves <= run.end || run.end == surface_.count);
+        };
+        for (uint32_t i = run.begin; i < run.end;) {
+            if (fits(large_, i))
+                hull(large_, i / large_.leaves), i += large_.leaves;
+            else if (fits(small_, i))
+                hull(small_, i / small_.leaves), i += small_.leaves;
+            else
+                leaf(i++);
         }
-        const uint32_t leaves = hulls_of(run).leaves;
-        return (run.size() + leaves - 1) / leaves * Hulls::kCorners;
     }
-    // A prism about a group of leaves would be 3 % larger, and cost a tenth more splats for the same picture.
-    static bool is_exact(const Run& run) { return run.size() <= uint32_t(kMaxFanOut); }
-    // A leaf by itself needs all its corners.
+
+    size_t points_of(const Run& run) const {
+        size_t count = 0;
+        for_parts(
+            run, [&](uint32_t i) { count += corner_end(run, i) - surface_.corner_begin[i]; },
+            [&](const Hulls&, uint32_t) { count += Hulls::kCorners; });
+        return count;
+    }
+    // A leaf without some of its siblings needs all its corners.
     uint32_t corner_end(const Run& run, uint32_t leaf) const {
-        return run.size() == 1 ? surface_.corner_begin[leaf + 1] : surface_.rim_end[leaf];
+        const uint32_t first = Surface::first_sibling(leaf);
+        const bool has_siblings = run.begin <= first && std::min(first + uint32_t(kMaxFanOut), surface_.count) <= run.end;
+        return has_siblings ? surface_.rim_end[leaf] : surface_.corner_begin[leaf + 1];
     }
-    const Hulls& hulls_of(const Run& run) const { return run.size() > large_.leaves ? large_ : small_; }
 
     // What child k must hold, relative to the parent's centre.
     void set_points(const Run& run, size_t k, const glm::dvec3& centre) {
@@ -167,13 +184,11 @@ class SubtreeEncoder {
             const auto shift = glm::vec3(surface_.at[base] - centre);
             for (size_t i = begin; i < end; ++i) content_.set_point(row++, k, points.get(i) + shift);
         };
-        if (is_exact(run)) {
-            for (uint32_t i = run.begin; i < run.end; ++i) add(surface_.corners, surface_.corner_begin[i], corner_end(run, i), i);
-        } else {
-            const Hulls& hulls = hulls_of(run);
-            for (uint32_t h = run.begin / hulls.leaves; h * hulls.leaves < run.end; ++h)
+        for_parts(
+            run, [&](uint32_t i) { add(surface_.corners, surface_.corner_begin[i], corner_end(run, i), i); },
+            [&](const Hulls& hulls, uint32_t h) {
                 add(hulls.corners, size_t(h) * Hulls::kCorners, size_t(h + 1) * Hulls::kCorners, h * hulls.leaves);
-        }
+            });
         content_.points[k] = row;
         for (const size_t first = k; row < content_.rows; ++row)
             content_.set_point(row, k, {content_.x[first], content_.y[first], content_.z[first]});
@@ -206,6 +221,27 @@ class SubtreeEncoder {
         }
     }
 
+    // The children of a run of at least two leaves; returns how many.
+    size_t divide(const Run& run, Run* children) const {
+        const uint32_t step = child_leaves(run.size());
+        auto side = std::lower_bound(gap_sides_.begin(), gap_sides_.end(), run, [](const GapSide& s, const Run& r) {
+            return std::tie(s.node_begin, r.end) < std::tie(r.begin, s.node_end);
+        });
+        size_t n = 0;
+        for (uint32_t b = run.begin; b < run.end; b = children[n++].end) {
+            while (side != gap_sides_.end() && is_of(*side, run) && side->begin < b) ++side;
+            const bool has_side = side != gap_sides_.end() && is_of(*side, run);
+            if (has_side && side->begin == b)
+                children[n] = {b, side->end};
+            else
+                children[n] = {b, std::min({b + step, run.end, has_side ? side->begin : run.end})};
+        }
+        return n;
+    }
+    static bool is_of(const GapSide& side, const Run& run) {
+        return side.node_begin == run.begin && side.node_end == run.end;
+    }
+
     void encode_nodes(const Node& parent) {
         const Run all{0, surface_.count};
         encode_group({&all, 1}, parent);
@@ -216,8 +252,7 @@ class SubtreeEncoder {
             if (is_between_[node]) {
                 children[n++] = run;
             } else if (run.size() > 1) {
-                const uint32_t step = child_leaves(run.size());
-                for (uint32_t b = run.begin; b < run.end; b += step) children[n++] = {b, std::min(b + step, run.end)};
+                n = divide(run, children);
             }
             if (n == 0) continue;
             tree_.child_group[node] = int32_t(tree_.groups.size());
@@ -243,6 +278,7 @@ class SubtreeEncoder {
     }
 
     FitCounts& counts_;
+    const std::span<const GapSide> gap_sides_;
     const bool has_colour_;
     Surface surface_;
     Hulls small_, large_;
@@ -257,14 +293,15 @@ class SubtreeEncoder {
 
 }  // namespace
 
-CodedTree encode_subtree(const SubtreeInput& input, const Node& parent, FitCounts& counts,
-                         std::vector<glm::u32vec2>& boundary) {
-    return SubtreeEncoder(gather_surface(input), !input.colours.empty(), counts).run(parent, boundary);
+CodedTree encode_subtree(const SubtreeInput& input, std::span<const GapSide> gap_sides, const Node& parent,
+                         FitCounts& counts, std::vector<glm::u32vec2>& boundary) {
+    return SubtreeEncoder(gather_surface(input), gap_sides, !input.colours.empty(), counts).run(parent, boundary);
 }
 
-CodedTree encode_triangles(Surface&& surface, bool has_colour, const Node& parent, FitCounts& counts) {
+CodedTree encode_triangles(Surface&& surface, std::span<const GapSide> gap_sides, bool has_colour,
+                           const Node& parent, FitCounts& counts) {
     std::vector<glm::u32vec2> none;  // vertices' boundaries are known to gather_triangles()
-    return SubtreeEncoder(std::move(surface), has_colour, counts).run(parent, none);
+    return SubtreeEncoder(std::move(surface), gap_sides, has_colour, counts).run(parent, none);
 }
 
 }  // namespace splat

@@ -5,11 +5,13 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include "splat/fit.h"
 #include "splat/node.h"
 #include "splat/surface.h"
+#include "splat/tree.h"
 
 namespace splat {
 
@@ -47,10 +49,11 @@ struct FitCounts {
 // Codes the subtree under its decoded parent.  Group 0 is the root alone.  Errors are set; `decoded` holds
 // the root only.  Appends to `boundary` the edges (leaf, leaf) that have a face on one side only, or faces of
 // clashing sense; an edge within the subtree may come twice.
-CodedTree encode_subtree(const SubtreeInput& input, const Node& parent, FitCounts& counts,
-                         std::vector<glm::u32vec2>& boundary);
+CodedTree encode_subtree(const SubtreeInput& input, std::span<const GapSide> gap_sides, const Node& parent,
+                         FitCounts& counts, std::vector<glm::u32vec2>& boundary);
 
 // The same of a surface of triangle leaves.
-CodedTree encode_triangles(Surface&& surface, bool has_colour, const Node& parent, FitCounts& counts);
+CodedTree encode_triangles(Surface&& surface, std::span<const GapSide> gap_sides, bool has_colour,
+                           const Node& parent, FitCounts& counts);
 
 }  // namespace splat

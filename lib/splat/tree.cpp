@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "core/parallel.h"
 
@@ -110,31 +111,73 @@ void select(std::span<TreePoint> points, size_t wanted, int axis, float at, cons
                      Before{axis});
 }
 
-// Sorts a subtree: cuts at multiples of `quantum`, down to the leaves.
-void sort_groups(std::span<TreePoint> points, uint32_t quantum, std::span<TreePoint> spare) {
-    const auto n = uint32_t(points.size());
-    if (n <= 1) return;
-    if (n <= quantum) return sort_groups(points, child_leaves(n), spare);
-    if (n <= uint32_t(kMaxFanOut) && quantum == 1) return;  // one group: the order within is free
-    const Box box = box_of(points);
-    const int axis = longest_axis(box);
-    const float middle = middle_of(box, axis);
-    uint32_t below = 0;
-    for (const TreePoint& p : points) below += p.position[axis] < middle;
-    const uint32_t pieces = (n + quantum - 1) / quantum;
-    const uint32_t cut = std::clamp((below + quantum / 2) / quantum, 1u, pieces - 1) * quantum;
-    select(points, cut, axis, middle, box, spare);
-    sort_groups(points.first(cut), quantum, spare);
-    sort_groups(points.subspan(cut), quantum, spare);
-}
+// An empty band that is so wide, by the box's longest side, is a gap.  Between rows of a few leaves there are
+// bands of a third.
+constexpr float kGap = 0.4f;
+
+// Sorts a subtree.
+class SubtreeSorter {
+  public:
+    SubtreeSorter(std::span<TreePoint> points, std::span<TreePoint> spare, std::vector<GapSide>& gap_sides)
+        : all_(points), spare_(spare), gap_sides_(gap_sides) {}
+
+    void run() {
+        sort_node(all_);
+        std::sort(gap_sides_.begin(), gap_sides_.end(), [](const GapSide& a, const GapSide& b) {
+            return std::tie(a.node_begin, b.node_end, a.begin) < std::tie(b.node_begin, a.node_end, b.begin);
+        });
+    }
+
+  private:
+    void sort_node(std::span<TreePoint> points) {
+        if (points.size() > 1) sort_groups(points, child_leaves(uint32_t(points.size())), points);
+    }
+
+    // Cuts some of the leaves of `node` at multiples of `quantum`, or through gaps, down to the leaves.
+    void sort_groups(std::span<TreePoint> points, uint32_t quantum, std::span<TreePoint> node) {
+        const auto n = uint32_t(points.size());
+        if (n <= quantum) return sort_node(points);
+        if (n <= uint32_t(kMaxFanOut) && quantum == 1) return;  // one group: the order within is free
+        const Box box = box_of(points);
+        const int axis = longest_axis(box);
+        const float middle = middle_of(box, axis);
+        uint32_t below = 0;
+        float last = box.low[axis], first = box.high[axis];  // before the middle, and after it
+        for (const TreePoint& p : points) {
+            const float at = p.position[axis];
+            below += at < middle;
+            last = at < middle ? std::max(last, at) : last;
+            first = at < middle ? first : std::min(first, at);
+        }
+        const uint32_t pieces = (n + quantum - 1) / quantum;
+        uint32_t cut = std::clamp((below + quantum / 2) / quantum, 1u, pieces - 1) * quantum;
+        const bool is_gap =
+            cut != below && below > 0 &&
+            first * 0.5f - last * 0.5f > kGap * (box.high[axis] * 0.5f - box.low[axis] * 0.5f);
+        if (is_gap) cut = below;
+        select(points, cut, axis, middle, box, spare_);
+        for (const auto side : {points.first(cut), points.subspan(cut)})
+            if (is_gap)
+                note_side(side, node), sort_node(side);
+            else
+                sort_groups(side, quantum, node);
+    }
+
+    void note_side(std::span<TreePoint> side, std::span<TreePoint> node) {
+        const auto at = [&](std::span<TreePoint> s) { return uint32_t(s.data() - all_.data()); };
+        gap_sides_.push_back({at(node), at(node) + uint32_t(node.size()), at(side), at(side) + uint32_t(side.size())});
+    }
+
+    const std::span<TreePoint> all_, spare_;
+    std::vector<GapSide>& gap_sides_;
+};
 
 void sort_upper(UpperCut& node, std::span<TreePoint> all, std::span<TreePoint> spare) {
     const auto points = all.subspan(node.begin, node.size());
     const Box box = box_of(points);
     node.low = box.low, node.high = box.high;
     if (node.size() <= kSubtreeLeaves) {
-        if (node.size() > 1)
-            sort_groups(points, child_leaves(node.size()), spare.subspan(node.begin, node.size()));
+        SubtreeSorter(points, spare.subspan(node.begin, node.size()), node.gap_sides).run();
         return;
     }
     const int axis = longest_axis(box);
