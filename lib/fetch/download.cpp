@@ -170,9 +170,12 @@ bool Download::start_next() {
     // Within the window, or on a slow link one request of several blocks would be half as much again.
     const uint64_t window = server_.link.window_bytes(), in_flight = server_.link.in_flight_bytes();
     const uint64_t room = window - std::min(window, in_flight);
-    const uint64_t most = std::max<uint64_t>(
-        1, std::min(room, server_.link.request_bytes(server_.streams)) / entry_->block_bytes());
-    const BlockRange range = queue_.take(uint32_t(most), server_.link.join_factor());
+    const auto blocks = [&](uint64_t bytes) {
+        return uint32_t(std::max<uint64_t>(1, std::min(room, bytes) / entry_->block_bytes()));
+    };
+    const BlockRange range = queue_.take({blocks(server_.link.request_bytes(server_.streams)),
+                                          server_.link.join_factor(),
+                                          blocks(server_.link.share_bytes(server_.streams))});
     const uint64_t first = uint64_t{range.first} * entry_->block_bytes();
     const uint64_t end =
         std::min(entry_->facts().bytes, first + uint64_t{range.count} * entry_->block_bytes());

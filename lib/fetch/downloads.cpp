@@ -106,9 +106,10 @@ void Downloads::pump(Server& server) {
             server.requests > 0 && server.link.in_flight_bytes() >= server.link.window_bytes();
         if (is_full) return;
         Download* const best = best_of(server);
-        if (!best) return;
+        if (!best) break;
         best->start_next();
     }
+    if (server.link.in_flight_bytes() < server.link.window_bytes()) server.link.left_unfilled();
 }
 
 uint64_t Downloads::disk_bytes_in_flight() const {

@@ -84,12 +84,19 @@ void LinkEstimate::request_ended(double now, uint64_t missing) {
 
 void LinkEstimate::end_window(double now) {
     const double rate = double(window_bytes_came_) / busy_s(now);
-    while (!rates_.empty() && rates_.back().value <= rate) rates_.pop_back();
-    rates_.push_back({now, rate});
-    while (rates_.front().at < now - kRateMemory) rates_.pop_front();
-    rate_ = rates_.front().value;
+    const bool was_full = unfilled_windows_ == 0;
+    if (!was_full) --unfilled_windows_;
+    if (was_full || rate >= rate_) {
+        while (!rates_.empty() && rates_.back().value <= rate) rates_.pop_back();
+        rates_.push_back({now, rate});
+        while (rates_.front().at < now - kRateMemory) rates_.pop_front();
+        rate_ = rates_.front().value;
+    }
     if (is_start()) {
-        windows_without_gain_ = rate > kGain * best_rate_ ? 0 : windows_without_gain_ + 1;
+        if (rate > kGain * best_rate_)
+            windows_without_gain_ = 0;
+        else if (was_full)
+            ++windows_without_gain_;
         best_rate_ = std::max(best_rate_, rate);
     }
     busy_since_ = now;
@@ -111,7 +118,7 @@ uint64_t LinkEstimate::window_bytes() const {
 }
 
 uint64_t LinkEstimate::request_bytes(unsigned streams) const {
-    const double share = double(window_bytes()) / streams;
+    const auto share = double(share_bytes(streams));
     const double few = std::max({double(kJoined), kFewSecondsARequest * rate_, share});
     return std::min(kMostRequest, uint64_t(std::min(few, std::max(kMostSecondsARequest * rate_, share))));
 }

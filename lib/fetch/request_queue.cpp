@@ -24,13 +24,17 @@ float RequestQueue::head_priority() const {
     return is_empty() ? 0 : wants_[order_[next_]].priority;
 }
 
-BlockRange RequestQueue::take(uint32_t most, float alike) {
+BlockRange RequestQueue::take(const Joining& joining) {
     const size_t head = order_[next_];
-    const float least = wants_[head].priority * alike;
     size_t begin = head, end = head + 1;
-    // Onwards first: what follows in the file is what a prefix needs.
-    while (end - begin < most && may_join(end, wants_[end - 1].block + 1, least)) ++end;
-    while (end - begin < most && begin > 0 && may_join(begin - 1, wants_[begin].block - 1, least)) --begin;
+    const auto join = [&](uint32_t most, float least) {
+        // Onwards first: what follows in the file is what a prefix needs.
+        while (end - begin < most && may_join(end, wants_[end - 1].block + 1, least)) ++end;
+        while (end - begin < most && begin > 0 && may_join(begin - 1, wants_[begin].block - 1, least))
+            --begin;
+    };
+    join(joining.most, wants_[head].priority * joining.alike);
+    join(std::min(joining.most, joining.least), 0);
     const BlockRange range{wants_[begin].block, uint32_t(end - begin)};
     for (size_t i = begin; i != end; ++i) wants_[i].priority = -1;
     left_ -= range.count;

@@ -2,7 +2,8 @@
 //
 // Neighbours are joined into one range only while their priorities are alike: joining "because they are
 // there" throws the order away, and costs two to four times the bytes to a given picture (in simulation,
-// with sums of pixels times error as priorities).
+// with sums of pixels times error as priorities).  But where a range must be longer for the few that may be
+// under way to fill a link, it is: an idle link costs more than the order.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +22,12 @@ struct BlockRange {
     uint32_t first, count;
 };
 
+struct Joining {
+    uint32_t most = 1;   // blocks, at least 1
+    float alike = 1;     // the least priority of a neighbour, as a factor of the first one's
+    uint32_t least = 1;  // blocks up to which neighbours are taken whatever their priority
+};
+
 // Not thread-safe.
 class RequestQueue {
   public:
@@ -29,10 +36,9 @@ class RequestQueue {
     bool is_empty() const { return left_ == 0; }
     // The highest priority, of those left; 0 where none is.
     float head_priority() const;
-    // Takes out the block of the highest priority (of equal ones the first in the file), and of its
-    // neighbours up to `most` blocks in all whose priority is at least `alike` times its own.  The queue must
-    // not be empty.
-    BlockRange take(uint32_t most, float alike);
+    // Takes out the block of the highest priority (of equal ones the first in the file), and with it
+    // neighbours.  The queue must not be empty.
+    BlockRange take(const Joining& joining);
     // The blocks that are left, in the order of the file.
     template <class Body>
     void for_each(const Body& body) const {
@@ -43,7 +49,8 @@ class RequestQueue {
   private:
     static bool is_taken(const Want& want) { return want.priority < 0; }
     bool may_join(size_t i, uint32_t block, float least) const {
-        return i < wants_.size() && wants_[i].block == block && wants_[i].priority >= least;
+        return i < wants_.size() && wants_[i].block == block && !is_taken(wants_[i]) &&
+               wants_[i].priority >= least;
     }
 
     std::vector<Want> wants_;      // by block; the priority of one that was taken is -1

@@ -188,6 +188,28 @@ TEST(LinkEstimate, PausesDoNotLowerTheRate) {
     EXPECT_GT(link.bytes_per_s(), 0.5e6);
 }
 
+// Few small requests at a time say nothing about a link, before it was full and afterwards.
+TEST(LinkEstimate, ALinkThatWasNotFilledIsNotTakenForASlowOne) {
+    constexpr double kRate = 1e6, kRoundTrip = 0.15;
+    LinkEstimate link;
+    const auto trickle = [&](double now) {
+        for (int i = 0; i != 40; ++i) {
+            link.request_sent(now, 2048);
+            link.left_unfilled();
+            link.answer_began(now + kRoundTrip, kRoundTrip);
+            link.bytes_came(now += kRoundTrip + 1024 / kRate, 1024);
+            link.bytes_came(now += 1024 / kRate, 1024);
+        }
+        return now;
+    };
+    double now = trickle(0);
+    EXPECT_GT(double(link.window_bytes()), 70'000) << "goes on as a start does, by what comes";
+    now = carry(link, kRate, kRoundTrip, 4'000'000, now);
+    EXPECT_NEAR(link.bytes_per_s(), kRate, 0.15 * kRate);
+    trickle(now);
+    EXPECT_NEAR(link.bytes_per_s(), kRate, 0.15 * kRate);
+}
+
 TEST(LinkEstimate, WhatDoesNotComeIsNotInFlight) {
     LinkEstimate link;
     EXPECT_EQ(link.window_bytes(), 3072u) << "three blocks until anything is known";

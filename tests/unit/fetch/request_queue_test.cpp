@@ -13,7 +13,7 @@ using fetch::Want;
 std::string taken(RequestQueue& queue, uint32_t most, float alike) {
     std::string text;
     while (!queue.is_empty()) {
-        const auto range = queue.take(most, alike);
+        const auto range = queue.take({most, alike});
         text += std::to_string(range.first) + "+" + std::to_string(range.count) + " ";
     }
     return text;
@@ -35,6 +35,17 @@ TEST(RequestQueue, JoinsNeighboursOfLikePriorityAlone) {
     EXPECT_EQ(taken(queue, 2, 0.3f), "10+2 9+1 12+1 ");
     queue.replace({{1, 0}, {2, 0}});
     EXPECT_EQ(taken(queue, 16, 0.3f), "1+2 ");
+}
+
+TEST(RequestQueue, TakesAnyNeighboursForARangeThatMustBeLonger) {
+    RequestQueue queue;
+    queue.replace({{9, 4}, {10, 10}, {11, 1}, {12, 1}, {14, 9}});
+    const auto range = queue.take({16, 0.3f, 3});
+    EXPECT_EQ(range.first, 9u) << "the alike first, then others";
+    EXPECT_EQ(range.count, 3u);
+    EXPECT_EQ(taken(queue, 16, 0.3f), "14+1 12+1 ");
+    queue.replace({{9, 4}, {10, 10}, {11, 1}});
+    EXPECT_EQ(queue.take({2, 0.3f, 5}).count, 2u) << "never more than may be";
 }
 
 TEST(RequestQueue, CountsABlockOnceWithItsHighestPriority) {
@@ -61,9 +72,9 @@ TEST(RequestQueue, GivesEveryBlockOnceWhateverTheOrder) {
         }
         RequestQueue queue;
         queue.replace(wants);
-        const uint32_t most = 1 + uint32_t(random()) % 20;
+        const uint32_t most = 1 + uint32_t(random()) % 20, least = 1 + uint32_t(random()) % 5;
         while (!queue.is_empty()) {
-            const auto range = queue.take(most, 0.3f);
+            const auto range = queue.take({most, 0.3f, least});
             EXPECT_LE(range.count, most);
             for (uint32_t block = range.first; block != range.first + range.count; ++block)
                 EXPECT_EQ(left[block]--, 1);
