@@ -147,6 +147,8 @@ std::vector<BlockRequest> Stream::requests_when_idle() {
     std::vector<geom::View> wider;
     for (const geom::View& view : wanted_) wider.push_back(widened(view));
     requests = requests_of(find_lacks(wider));
+    // Without what is hidden a picture is not quite that of the whole model: what waits may reach out from behind.
+    if (requests.empty()) requests = requests_for_hidden(find_lacks(views_));
     return requests.empty() ? requests_for_rest() : requests;
 }
 
@@ -204,12 +206,16 @@ void Stream::settle(ModelPainter& painter) {
     }
 }
 
+void Stream::ask_ahead() {
+    take_stock();
+    ask(requests_when_idle());
+}
+
 void Stream::wait_until(double until_s) {
     bool has_come = true;  // what look() asked for was less than all
     for (double left; (left = until_s - elapsed_s()) > 0;) {
         if (has_come) {
-            take_stock();
-            ask(requests_when_idle());
+            ask_ahead();
             left = std::max(0.0, until_s - elapsed_s());
         }
         has_come = fetcher_.wait(std::min(left, kLongestWait_s));

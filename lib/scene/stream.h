@@ -13,7 +13,7 @@
 //         the blocks are there instead of what it sees now (a steady pan then lacks 0.2 % of what it needs
 //         instead of 4 % in simulation; asking for both, or less urgently, gains less)
 //     what they hide, where settle() is to be exact
-//     in idle time, what is beside them, and then the rest from root to leaves.
+//     in idle time, what is beside them, what they hide, and then the rest from root to leaves.
 #pragma once
 
 #include <array>
@@ -78,7 +78,9 @@ class Stream {
     // After the pictures were drawn: `drawn` is what they have together.
     StreamReport look(const ModelPainter& painter, const DrawReport& drawn);
 
-    // Until this time has passed since the start.
+    // Asks for what may be wanted once nothing that is seen is missing; what comes of it the fetcher says.
+    void ask_ahead();
+    // The same again and again, until this time has passed since the start.
     void wait_until(double elapsed_s);
     double elapsed_s() const;
 

@@ -15,6 +15,7 @@ namespace view {
 
 namespace {
 
+constexpr double kHiddenLook_s = 0.25;
 constexpr int kTrials = 3;  // drawings of a view by each back end, of which the fastest counts
 
 // What the home view costs with a back end.
@@ -99,6 +100,7 @@ class Splats final : public Subject {
     std::optional<scene::StreamReport> streamed_;
     std::string trouble_;
     bool idle_is_asked_ = false;  // for what may be wanted later
+    bool has_come_ = false;       // something, since the last picture
     // Of the last picture.
     std::optional<Wish> last_;
     double threshold_px_ = 0;
@@ -148,6 +150,7 @@ void Splats::draw_part(const geom::View& view, const Wish& wish, render::Frame& 
 
 void Splats::begin_streaming(const geom::View& view, const Wish& wish, const scene::DrawOptions& options) {
     if (!stream_) return;
+    has_come_ = false;
     scene::DrawOptions asked = options;
     // What to ask for is found by drawing: while the camera moves, no finer than is drawn.
     if (wish.is_moving) asked.cut.threshold_px = std::max(options.cut.threshold_px, threshold_px_);
@@ -188,12 +191,14 @@ bool Splats::has_arrived() {
     try {
         // What owns no pixel yet, and what may be seen next, is asked for once nothing else is to be done.
         if (streamed_ && streamed_->visible_blocks_missing == 0 && !idle_is_asked_) {
-            stream_->wait_until(stream_->elapsed_s() + 1e-3);
+            stream_->ask_ahead();
             idle_is_asked_ = true;
         }
-        const bool has_come = models_.remote()->wait(0);
-        if (has_come) idle_is_asked_ = false;
-        return has_come && streamed_ && streamed_->visible_blocks_missing > 0;
+        if (models_.remote()->wait(0)) has_come_ = true, idle_is_asked_ = false;
+        if (!has_come_ || counts_.groups_missing == 0) return false;
+        // What is hidden is missed by nobody; now and then it is looked whether it is all hidden still.
+        return !streamed_ || streamed_->visible_blocks_missing > 0 ||
+               stream_->elapsed_s() - streamed_->elapsed_s > kHiddenLook_s;
     } catch (const core::Error& error) {
         lose(error);
         return true;
@@ -218,7 +223,7 @@ PictureReport Splats::report(const scene::DrawReport& drawn) const {
     r.trouble = trouble_;
     if (streamed_) {
         r.arrival = {streamed_->network.bytes, streamed_->visible_blocks_missing, streamed_->hit_rate};
-        r.is_final = r.is_final && (streamed_->visible_blocks_missing == 0 || !stream_);
+        r.is_final = r.is_final && (drawn.counts.groups_missing == 0 || !stream_);
     }
     return r;
 }
