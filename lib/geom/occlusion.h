@@ -47,11 +47,22 @@ class OcclusionMap {
     // Call after the last surface.
     void build();
 
+    // Some spheres, by their coordinates.
+    struct Spheres {
+        static constexpr size_t kCapacity = 128;
+        size_t count = 0;
+        alignas(64) float x[kCapacity]{}, y[kCapacity]{}, z[kCapacity]{}, radius[kCapacity]{};
+
+        void add(const glm::vec3& centre, float r) {
+            x[count] = centre.x, y[count] = centre.y, z[count] = centre.z, radius[count++] = r;
+        }
+    };
     // hidden: nothing in the sphere need be drawn, which the map has noted.  partly: parts of it may be
     // hidden.  clear: hardly, or they are too small to be worth a look.
     enum class Sight { hidden, partly, clear };
-    // From any thread; the order does not count.  Nothing within four radii of the eye's plane is hidden.
-    Sight look(const glm::vec3& centre, float radius);
+    // Finds the sight of each sphere.  From any thread; the order does not count.  Nothing within four radii
+    // of the eye's plane is hidden.
+    void look(const Spheres& spheres, Sight* sights);
 
     // Whether anything was hidden so far.
     bool has_hidden() const;

@@ -77,7 +77,8 @@ bool ModelPainter::may_have_triangles(const DrawOptions& options) const {
 render::SplatterOptions ModelPainter::splatter_options(const DrawOptions& options) const {
     // Where splats are coarser than the least push-back, their rims are further from the surface.
     const double push_back_px = std::max(render::kPushBackPx, options.cut.threshold_px);
-    return {options.kind, options.look, has_colour_ || options.cut.last_number, unit_, push_back_px, may_have_triangles(options)};
+    return {options.kind, options.look, has_colour_ || options.cut.last_number,
+            unit_,        push_back_px, may_have_triangles(options)};
 }
 
 void ModelPainter::begin(const geom::View& view, const DrawOptions& options) {
@@ -90,8 +91,8 @@ void ModelPainter::begin(const geom::View& view, const DrawOptions& options) {
     painter_->begin(view, splatter_options(options), task_count_);
 }
 
-// Shows the map the models' next levels; returns what part of their nodes it hides.
-double ModelPainter::outline() {
+// Shows the map the models' next levels, and looks at their nodes.
+splat::Cut::Sifted ModelPainter::outline() {
     for_tasks([&](Part& part, size_t task, size_t) { part.cut->outline(task, map_); });
     map_.build();
     std::atomic<size_t> waiting{0}, hidden{0};
@@ -99,7 +100,7 @@ double ModelPainter::outline() {
         const splat::Cut::Sifted sifted = part.cut->sift(task, map_);
         waiting += sifted.waiting, hidden += sifted.hidden;
     });
-    return waiting == 0 ? 0 : double(hidden) / double(waiting);
+    return {waiting, hidden};
 }
 
 // Whether what the map hides is to be left out.
@@ -108,9 +109,16 @@ bool ModelPainter::finds_hidden(const geom::View& view, const DrawOptions& optio
     if (occlusion == Occlusion::off || !prover_) return false;
     // Of several samples a core shows through covers, wherever it is.
     if (options.look.samples_across > 1) return false;
+    if (occlusion == Occlusion::automatic && !choice_.is_due()) return false;
     map_.begin(view, unit_);
-    if (outline() < kLeastHidden && occlusion == Occlusion::automatic) return false;
-    outline();
+    const splat::Cut::Sifted first = outline();
+    const bool is_little = first.hidden == 0 || double(first.hidden) < kLeastHidden * double(first.waiting);
+    if (occlusion == Occlusion::automatic && is_little) {
+        choice_.note(false);
+        return false;
+    }
+    const splat::Cut::Sifted second = outline();
+    gain_ = {second.waiting, double(second.hidden) / double(std::max<size_t>(1, second.waiting))};
     return true;
 }
 
@@ -121,6 +129,15 @@ void ModelPainter::walk(geom::OcclusionMap* map) {
             [&](const geom::TriangleBatch& batch) { painter_->add(task, batch); });
         painter_->end_task(task);
     });
+}
+
+// What was walked with the map.
+void ModelPainter::finish_hidden(const geom::View& view, const DrawOptions& options, render::Frame& frame) {
+    gain_.splats = report().counts.splats;
+    prover_->finish(frame, map_);
+    if (map_.has_unproven()) repeat_unproven(view, options, frame);
+    gain_.redrawn = report().counts.splats - gain_.splats;
+    choice_.note(gain_.paid());
 }
 
 void ModelPainter::repeat_unproven(const geom::View& view, const DrawOptions& options, render::Frame& frame) {
@@ -136,12 +153,7 @@ DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options
     const bool leaves_out = finds_hidden(view, options);
     walk(leaves_out ? &map_ : nullptr);
     const double traverse_ms = watch.lap_ms();
-    if (leaves_out) {
-        prover_->finish(frame, map_);
-        if (map_.has_unproven()) repeat_unproven(view, options, frame);
-    } else {
-        painter_->finish(frame);
-    }
+    leaves_out ? finish_hidden(view, options, frame) : painter_->finish(frame);
     DrawReport done = report();
     done.traverse_ms = traverse_ms;
     done.draw_ms = watch.lap_ms();

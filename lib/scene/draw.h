@@ -11,14 +11,16 @@
 #include "geom/similarity.h"
 #include "render/frame.h"
 #include "render/splatter.h"
+#include "scene/occlusion_choice.h"
 #include "splat/cut.h"
 #include "splat/model.h"
 
 namespace scene {
 
 // Whether what surfaces hide is left out.  automatic: in frames where the models' upper levels show that it
-// pays. No picture depends on it.  Only render::Splatter can prove what is hidden, and only of one sample a
-// pixel: else all is drawn.
+// pays, and of these not in all where it did not pay in the frames before (occlusion_choice.h).  No picture
+// depends on it.  Only render::Splatter can prove what is hidden, and only of one sample a pixel: else all is
+// drawn.
 enum class Occlusion { automatic, on, off };
 
 // Leaves from this size on are drawn as triangles, where they are: they are then both better and cheaper than
@@ -61,9 +63,8 @@ struct ModelPlan {
 // Around all of them; there is one at least.
 geom::Sphere bounds_of(std::span<const PlacedModel> models);
 
-// Spheres that hold all surfaces, some thousand for a model: those of its fourth level, which stand in the first
-// ten kilobytes of the file.
-// No more than so many of the first nodes are read for it.
+// Spheres that hold all surfaces, some thousand for a model: those of its fourth level, which stand in the
+// first ten kilobytes of the file. No more than so many of the first nodes are read for it.
 uint64_t outline_nodes(const splat::Header& header);
 std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models);
 
@@ -106,9 +107,11 @@ class ModelPainter {
 
     void begin(const geom::View& view, const DrawOptions& options);
     bool may_have_triangles(const DrawOptions& options) const;
-    double outline();
+    // What outlining came to, of all models.
+    splat::Cut::Sifted outline();
     bool finds_hidden(const geom::View& view, const DrawOptions& options);
     void walk(geom::OcclusionMap* map);
+    void finish_hidden(const geom::View& view, const DrawOptions& options, render::Frame& frame);
     void repeat_unproven(const geom::View& view, const DrawOptions& options, render::Frame& frame);
     DrawReport report() const;
     // body(part, task of the part, task of the frame), in parallel.
@@ -122,6 +125,8 @@ class ModelPainter {
     Painter painter_;
     render::Splatter* prover_;  // the painter, if it is one that can prove what is hidden
     geom::OcclusionMap map_;
+    OcclusionChoice choice_;
+    OcclusionGain gain_;
 };
 
 }  // namespace scene

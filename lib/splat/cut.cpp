@@ -50,12 +50,10 @@ void Cut::outline(size_t task, geom::OcclusionMap& map) {
 Cut::Sifted Cut::sift(size_t task, geom::OcclusionMap& map) {
     if (task >= state_->tasks.size()) return {};
     Outline& outline = state_->outlines[task].last();
-    outline.sights.clear();
+    state_->sift(outline, map);
     Sifted sifted{outline.level.size(), 0};
-    for (const Opening& node : outline.level) {
-        outline.sights.push_back(state_->look(node.at, node.radius, map));
-        sifted.hidden += outline.sights.back() == geom::OcclusionMap::Sight::hidden;
-    }
+    sifted.hidden =
+        size_t(std::count(outline.sights.begin(), outline.sights.end(), geom::OcclusionMap::Sight::hidden));
     return sifted;
 }
 

@@ -15,13 +15,44 @@ static_assert(std::size(kOutlinePx) == kOutlines);
 
 }  // namespace
 
-void Cut::State::start_from(const Outline& outline, Walker& walker, geom::OcclusionMap* map,
-                            CutCounts& c) const {
+// Into the walker's sights.  Nodes whose parents were clear are so, too.
+void Cut::State::look_at_opened(Walker& walker, geom::OcclusionMap& map) const {
+    const Chunk& chunk = walker.chunk;
+    std::array<uint32_t, Chunk::kNodes> looked_at;
+    walker.spheres.count = 0;
+    for (uint32_t i = 0; i < chunk.open_count; ++i) {
+        walker.sights[i] = Sight::clear;
+        const size_t k = chunk.open[i];
+        if (!(chunk.shape[k] & Chunk::kParentMayHide)) continue;
+        looked_at[walker.spheres.count] = i;
+        add_sphere({chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]}, chunk.radius[k], walker.spheres);
+    }
+    if (walker.spheres.count == 0) return;
+    std::array<Sight, Chunk::kNodes> sights;
+    map.look(walker.spheres, sights.data());
+    for (size_t n = 0; n < walker.spheres.count; ++n) walker.sights[looked_at[n]] = sights[n];
+}
+
+// Finds the sights of the outline's level.
+void Cut::State::sift(Outline& outline, geom::OcclusionMap& map) const {
+    using Spheres = geom::OcclusionMap::Spheres;
+    Spheres spheres;
+    outline.sights.resize(outline.level.size());
+    for (size_t first = 0; first < outline.level.size(); first += spheres.count) {
+        const size_t count = std::min(Spheres::kCapacity, outline.level.size() - first);
+        spheres.count = 0;
+        for (size_t i = first; i < first + count; ++i)
+            add_sphere(outline.level[i].at, outline.level[i].radius, spheres);
+        map.look(spheres, &outline.sights[first]);
+    }
+}
+
+void Cut::State::start_from(Outline& outline, Walker& walker, geom::OcclusionMap* map, CutCounts& c) const {
     walker.level.clear();
+    if (map && map->is_repeated()) sift(outline, *map);
     for (size_t i = 0; i < outline.level.size(); ++i) {
         const Opening& node = outline.level[i];
-        Sight sight = Sight::partly;
-        if (map) sight = map->is_repeated() ? look(node.at, node.radius, *map) : outline.sights[i];
+        const Sight sight = map ? outline.sights[i] : Sight::partly;
         c.occlusion_culled += sight == Sight::hidden && !map->is_repeated();
         if (sight == Sight::hidden) continue;
         walker.level.push_back(node);

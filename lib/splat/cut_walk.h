@@ -32,6 +32,8 @@ struct Walker {
     std::array<GroupAt, Chunk::kNodes> groups;  // children of what is to be opened
     geom::SplatBatch batch;
     std::vector<geom::OcclusionMap::Surface> surfaces;
+    geom::OcclusionMap::Spheres spheres;                          // to be looked at
+    std::array<geom::OcclusionMap::Sight, Chunk::kNodes> sights;  // of what is to be opened
 
     BlockView& open_block(const Model& model, uint64_t number) {
         BlockView& view = blocks[number % kCachedBlocks];
@@ -107,12 +109,11 @@ struct Cut::State {
         if (c.nodes_visited > most_nodes) model.fault(number, "is reached more than once");
         const Chunk& chunk = walker.chunk;
         if (chunk.triangle_count > 0) add_triangles(walker, block, c);
+        if (map) look_at_opened(walker, *map);
         GroupAt asked{~uint64_t{0}, 0};
         for (uint32_t i = 0; i < chunk.open_count; ++i) {
             const size_t k = chunk.open[i];
-            const bool is_looked_at = map && chunk.shape[k] & Chunk::kParentMayHide;
-            const glm::vec3 at(chunk.at[0][k], chunk.at[1][k], chunk.at[2][k]);
-            const Sight sight = is_looked_at ? look(at, chunk.radius[k], *map) : Sight::clear;
+            const Sight sight = map ? walker.sights[i] : Sight::partly;
             if (sight == Sight::hidden) {
                 // A repeated walk leaves out what is not hidden, or was counted before.
                 c.occlusion_culled += !map->is_repeated();
@@ -122,13 +123,9 @@ struct Cut::State {
             // Groups follow each other: most lie in lines that were asked for already.
             if (group.block != asked.block || group.slot / kLineNodes != asked.slot / kLineNodes)
                 model.prefetch(asked = group);
-            push(opening_of(chunk, k, group, nodes[0].level, !map || sight == Sight::partly),
+            push(opening_of(chunk, k, group, nodes[0].level, sight == Sight::partly),
                  glm::dvec3(chunk.offset[0][k], chunk.offset[1][k], chunk.offset[2][k]));
         }
-    }
-
-    Sight look(const glm::vec3& at, float radius, geom::OcclusionMap& map) const {
-        return map.look(view.in_view(at), radius * (1.0f + kSlack) * view.unit);
     }
 
     void check_groups(std::span<const Opening> nodes, const BlockView& block) const;
@@ -156,7 +153,12 @@ struct Cut::State {
 
     // ---- outlines, cut_outline.cpp
 
-    void start_from(const Outline& outline, Walker& walker, geom::OcclusionMap* map, CutCounts& c) const;
+    void add_sphere(const glm::vec3& at, float radius, geom::OcclusionMap::Spheres& spheres) const {
+        spheres.add(view.in_view(at), radius * (1.0f + kSlack) * view.unit);
+    }
+    void look_at_opened(Walker& walker, geom::OcclusionMap& map) const;
+    void sift(Outline& outline, geom::OcclusionMap& map) const;
+    void start_from(Outline& outline, Walker& walker, geom::OcclusionMap* map, CutCounts& c) const;
     bool is_coarse(const std::vector<Opening>& level, float most_px) const;
     void outline(size_t task, geom::OcclusionMap& map, CutCounts& c);
     void show(const Outline& outline, std::vector<geom::OcclusionMap::Surface>& surfaces,

@@ -444,7 +444,11 @@ struct Hiding {
     Scene seen() {
         Scene scene = front;
         const auto is_seen = [&](const glm::vec3& centre, float radius) {
-            return map.look(centre, radius) != geom::OcclusionMap::Sight::hidden;
+            geom::OcclusionMap::Spheres sphere;
+            geom::OcclusionMap::Sight sight;
+            sphere.add(centre, radius);
+            map.look(sphere, &sight);
+            return sight != geom::OcclusionMap::Sight::hidden;
         };
         for (const Disc& d : loose.discs)
             if (is_seen(d.centre, d.radius)) scene.discs.push_back(d);

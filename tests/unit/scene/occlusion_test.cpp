@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <random>
+#include <string>
 
 #include "core/parallel.h"
 #include "scene/draw.h"
@@ -215,6 +218,76 @@ TEST(Occlusion, SwitchesItselfOffWhereNothingIsHidden) {
     EXPECT_EQ(on.report.counts.occlusion_culled, 0u);
     EXPECT_EQ(on.report.counts.splats, off.report.counts.splats);
     EXPECT_EQ(on.report.counts.nodes_visited, off.report.counts.nodes_visited) << "levels are walked once";
+}
+
+TEST(Occlusion, LooksAtManySpheresAsAtEach) {
+    using Map = geom::OcclusionMap;
+    geom::Camera camera;
+    camera.eye = {0, 0, 0}, camera.target = {0, 0, -1};
+    Map map;
+    map.begin(geom::make_view(camera, kWidth, kHeight), 1);
+    std::vector<Map::Surface> wall;  // over the picture's left half
+    for (int y = -20; y <= 20; ++y)
+        for (int x = -40; x <= 0; ++x)
+            wall.push_back({{0.1f * float(x), 0.1f * float(y), 4}, 0.1f, {0, 0, -1}, 0.001f});
+    map.add_surfaces(wall);
+    map.build();
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> unit(0, 1);
+    size_t found[3] = {};
+    for (int round = 0; round < 20; ++round) {
+        Map::Spheres many;
+        while (many.count < Map::Spheres::kCapacity - size_t(round)) {
+            const float z = std::exp(6 * unit(random) - 2);
+            many.add({(2 * unit(random) - 1) * 0.5f * z, (2 * unit(random) - 1) * 0.3f * z, z},
+                     z * std::exp(-8 * unit(random)));
+        }
+        Map::Sight sights[Map::Spheres::kCapacity];
+        map.look(many, sights);
+        for (size_t i = 0; i < many.count; ++i) {
+            const glm::vec3 centre(many.x[i], many.y[i], many.z[i]);
+            Map::Spheres one;
+            Map::Sight sight;
+            one.add(centre, many.radius[i]);
+            map.look(one, &sight);
+            EXPECT_EQ(sights[i], sight);
+            ++found[int(sight)];
+            // Only what is behind the wall, and nowhere beside it.
+            if (sight == Map::Sight::hidden) {
+                EXPECT_GT(centre.z - many.radius[i], 4);
+                EXPECT_LT(centre.x, 0.1f / 4 * centre.z);
+            }
+        }
+    }
+    for (const size_t count : found) EXPECT_GT(count, 50u);
+}
+
+// Frames that look, of so many, of which those that `pays` names pay.
+std::string frames_that_look(int count, const std::function<bool(int)>& pays) {
+    scene::OcclusionChoice choice;
+    std::string looks;
+    for (int frame = 0; frame < count; ++frame) {
+        looks += choice.is_due() ? 'x' : '.';
+        if (looks.back() == 'x') choice.note(pays(frame));
+    }
+    return looks;
+}
+
+TEST(OcclusionChoice, LeavesFramesAloneWhereItDoesNotPay) {
+    EXPECT_EQ(frames_that_look(20, [](int) { return true; }), std::string(20, 'x'));
+    EXPECT_EQ(frames_that_look(20, [](int) { return false; }), "xx.x..x....x....x...");
+    // One loss is no reason; after a gain all is forgotten.
+    EXPECT_EQ(frames_that_look(12, [](int frame) { return frame % 2 == 0; }), std::string(12, 'x'));
+    EXPECT_EQ(frames_that_look(12, [](int frame) { return frame > 3; }), "xx.x..xxxxxx");
+}
+
+TEST(OcclusionChoice, CountsWhatIsDrawnAgain) {
+    EXPECT_TRUE((scene::OcclusionGain{1000, 0.5, 100000, 0}).paid());
+    EXPECT_FALSE((scene::OcclusionGain{1000, 0.5, 100000, 90000}).paid());
+    EXPECT_FALSE((scene::OcclusionGain{1000, 0.05, 100000, 0}).paid()) << "to prove it costs more";
+    EXPECT_FALSE((scene::OcclusionGain{200000, 0.5, 100000, 0}).paid()) << "to look costs more";
+    EXPECT_FALSE((scene::OcclusionGain{0, 0, 0, 0}).paid());
+    EXPECT_TRUE((scene::OcclusionGain{55, 1, 1000, 0}).paid()) << "all is hidden";
 }
 
 TEST(Occlusion, CountsTheSameWithAnyNumberOfThreads) {
