@@ -25,6 +25,7 @@ class Maker {
         set_faces(faces, simplified);
         set_needs();
         grow();
+        raise_errors();
         cap_errors();
     }
 
@@ -144,6 +145,14 @@ class Maker {
                 }
             }
         }
+    }
+
+    // What was charged for neighbours no other detail answers for: those that this one depends on are raised.
+    void raise_errors() {
+        for (uint32_t d = count(); d-- > 0;)
+            for (const uint32_t on : {parent_[d], needs_[d]})
+                if (on != kNone && supports_[d].neighbours_error > supports_[on].error)
+                    supports_[on].error = supports_[on].neighbours_error = supports_[d].neighbours_error;
     }
 
     void cap_errors() {

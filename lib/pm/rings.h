@@ -44,6 +44,9 @@ class Rings {
         return {spokes_.data() + begin_[vertex], count_[vertex]};
     }
 
+    // Of a vertex that is not left.
+    void clear(uint32_t vertex) { count_[vertex] = 0; }
+
     void release() { *this = Rings(); }
 
   private:

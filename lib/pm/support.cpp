@@ -105,12 +105,16 @@ Supports::Supports(std::span<const glm::dvec3> positions, const Rings& rings)
       next_leaf_(positions.size(), kNone),
       last_leaf_(positions.size()),
       leaf_radius_(positions.size()),
-      cones_(positions.size()) {
+      cones_(positions.size()),
+      leaves_(positions.size(), 1),
+      error_(positions.size()),
+      nearest_face_(positions.size()) {
     core::parallel_for(
         positions.size(),
         [&](size_t i) {
             const auto v = uint32_t(i);
             last_leaf_[v] = v;
+            nearest_face_[v] = rings[v][0].corner / 3;
             double radius2 = 0;
             for (const Spoke& s : rings[v])
                 radius2 = std::max({radius2, squared_length(positions[s.next] - positions[v]),
@@ -126,31 +130,57 @@ void Supports::join(uint32_t removed, uint32_t kept) {
     next_leaf_[last_leaf_[kept]] = removed;
     last_leaf_[kept] = last_leaf_[removed];
     cones_[kept] = merged(cones_[kept], cones_[removed]);
+    leaves_[kept] += leaves_[removed];
 }
 
-Support Supports::measure(uint32_t kept, std::span<const glm::u32vec3> corners, const Rings& rings) const {
-    const glm::dvec3 centre = positions_[kept];
-    const auto ring = rings[kept];
-    const auto squared_distance = [&](const glm::dvec3& p, const Spoke& s) {
-        const glm::u32vec3 face = corners[s.corner / 3];
+Support Supports::measure(uint32_t kept, std::span<const glm::u32vec3> corners, const Rings& rings) {
+    double radius = 0;
+    for (uint32_t leaf = kept; leaf != kNone; leaf = next_leaf_[leaf])
+        radius =
+            std::max(radius, glm::length(positions_[leaf] - positions_[kept]) + double(leaf_radius_[leaf]));
+    error_[kept] = 0;
+    return {radius * (1 + 1e-12), error_[kept] = worst_error(kept, corners, rings), cones_[kept], 0};
+}
+
+double Supports::worst_error(uint32_t vertex, std::span<const glm::u32vec3> corners, const Rings& rings) {
+    const double known2 = error_[vertex] * error_[vertex];
+    double worst2 = known2;
+    // Once a leaf asks for them: the vertex's own faces, and then those of its neighbours, since at the
+    // border of what is below the vertex the nearest face may be theirs.
+    thread_local std::vector<uint32_t> faces;
+    faces.clear();
+    const size_t own = rings[vertex].size();
+    const auto add_own = [&] {
+        for (const Spoke& s : rings[vertex]) faces.push_back(s.corner / 3);
+    };
+    const auto add_neighbours = [&] {
+        for (const Spoke& spoke : rings[vertex])
+            for (const Spoke& s : rings[spoke.next])
+                if (s.next != vertex && s.previous != vertex) faces.push_back(s.corner / 3);
+    };
+    const auto squared_distance = [&](const glm::dvec3& p, uint32_t f) {
+        const glm::u32vec3& face = corners[f];
         return squared_distance_to_triangle(p, positions_[face.x], positions_[face.y], positions_[face.z]);
     };
-    double radius = 0, error2 = 0;
-    size_t near = 0;  // the face that was nearest for the leaf before: leaves come in patches
-    for (uint32_t leaf = kept; leaf != kNone; leaf = next_leaf_[leaf]) {
+    const auto is_there = [&](uint32_t face) {
+        const glm::u32vec3& c = corners[face];
+        return !rings[c.x].empty() && !rings[c.y].empty() && !rings[c.z].empty();
+    };
+    for (uint32_t leaf = vertex; leaf != kNone; leaf = next_leaf_[leaf]) {
         const glm::dvec3 p = positions_[leaf];
-        const double from_centre2 = squared_length(p - centre);
-        radius = std::max(radius, std::sqrt(from_centre2) + double(leaf_radius_[leaf]));
         // Only the worst leaf counts: one face within the worst so far is enough to go on.
-        if (from_centre2 <= error2) continue;
-        double nearest2 = squared_distance(p, ring[near]);
-        for (size_t i = 0; i < ring.size() && nearest2 > error2; ++i) {
-            const double d2 = squared_distance(p, ring[i]);
-            if (d2 < nearest2) nearest2 = d2, near = i;
+        if (squared_length(p - positions_[vertex]) <= worst2) continue;
+        uint32_t& nearest = nearest_face_[leaf];
+        double nearest2 = is_there(nearest) ? squared_distance(p, nearest) : INFINITY;
+        if (nearest2 > worst2 && faces.empty()) add_own();
+        for (size_t i = 0; i != faces.size() && nearest2 > worst2; ++i) {
+            const double d2 = squared_distance(p, faces[i]);
+            if (d2 < nearest2) nearest2 = d2, nearest = faces[i];
+            if (i + 1 == own && faces.size() == own && nearest2 > worst2) add_neighbours();
         }
-        error2 = std::max(error2, nearest2);
+        worst2 = std::max(worst2, nearest2);
     }
-    return {radius * (1 + 1e-12), std::sqrt(error2), cones_[kept]};
+    return worst2 > known2 ? std::sqrt(worst2) : error_[vertex];
 }
 
 }  // namespace pm

@@ -30,11 +30,14 @@ NormalCone merged(const NormalCone& a, const NormalCone& b);
 // Unit space.  About the position of the node's vertex.
 struct Support {
     double radius = 0;
-    // The largest distance of a leaf below the node to the faces about its vertex, when it had just been
-    // made.  Not a bound on what is seen later, when the faces about it are others: measured, it holds
-    // for 99.9 % of a surface.
+    // The largest distance of a leaf below the node to the faces about its vertex and its neighbours, when it
+    // had just been made; or of a leaf below one of the neighbours, where making the node has moved the
+    // surface away from it.  Not a bound on what is seen later, when the faces there are others: measured, it
+    // holds for 99.9 % of a surface.
     double error = 0;
     NormalCone cone;
+    // Of the error, what is of leaves below neighbours; 0: nothing.
+    double neighbours_error = 0;
 };
 
 class Supports {
@@ -45,9 +48,16 @@ class Supports {
     // What was below `removed` is below `kept` now.
     void join(uint32_t removed, uint32_t kept);
 
-    // Of the node that join() made, with the faces about it as they are now.  Leaves below it are all
-    // visited.
-    Support measure(uint32_t kept, std::span<const glm::u32vec3> corners, const Rings& rings) const;
+    // Of the node that join() made, with the faces about it and about its neighbours as they are now.  Leaves
+    // below it are all visited.  Several threads may measure nodes that differ.
+    Support measure(uint32_t kept, std::span<const glm::u32vec3> corners, const Rings& rings);
+
+    // Likewise, of a vertex about which the faces have changed: what measure() or set_error() knew before, or
+    // how far the worst leaf below it is now, if that is more.
+    double worst_error(uint32_t vertex, std::span<const glm::u32vec3> corners, const Rings& rings);
+    double error(uint32_t vertex) const { return error_[vertex]; }
+    uint32_t leaves(uint32_t vertex) const { return leaves_[vertex]; }  // below it
+    void set_error(uint32_t vertex, double error) { error_[vertex] = error; }
 
   private:
     std::span<const glm::dvec3> positions_;
@@ -55,6 +65,10 @@ class Supports {
         last_leaf_;                   // a list of the leaves below each vertex; it comes first itself
     std::vector<float> leaf_radius_;  // of a leaf's own faces about it, rounded up
     std::vector<NormalCone> cones_;   // by vertex that is left
+    std::vector<uint32_t> leaves_;    // likewise
+    std::vector<double> error_;       // likewise: of the worst leaf below it, as far as was measured
+    // By leaf: the face that was nearest when it was looked for last, which may be gone.
+    std::vector<uint32_t> nearest_face_;
 };
 
 }  // namespace pm
