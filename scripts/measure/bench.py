@@ -35,7 +35,7 @@ class Bench:
         subprocess.run(["scripts/install-packages"], cwd=ROOT, check=True)
         names = ["qs-build", "qs-info", "qs-path", "qs-render", "qs-compare", "qs-fetch", "coral", "subdivide", "paint",
                  "bandwidth", "frame_bench", "fetch_bench", "budget_bench", "backend_bench", "ppve_bench",
-                 "point_view_bench", "terrain", "stability_tests"]
+                 "point_view_bench", "terrain", "stability_tests", "pm-build", "pm-serve", "pm-fetch", "pm_bench", "pm_fronts"]
         for command in (["cmake", "--preset", "release", "-DQS_BENCH=ON"],
                         ["cmake", "--build", "--preset", "release", "--target", *names]):
             done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -78,6 +78,11 @@ class Bench:
 
     def model(self, name):
         return self.out / f"{name}.qs"
+
+    def prepare_mesh(self):
+        """Where nothing but the given mesh is measured."""
+        self.meshes = self.models = {self.name: self.mesh}
+        self.vertices = {self.name: header_count(self.mesh)}
 
     def prepare(self):
         """Meshes: the given one, x4, x16, and a painted one; beside the dragon a CT head.  Models: of these, and of a cloud."""

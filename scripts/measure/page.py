@@ -64,6 +64,14 @@ SECTIONS = [
     ("Streaming: links, motion, clients",
      "How soon the first block of a new view is there, what frames of a moving camera lack, and what the daemon costs.", [],
      ["streaming-links", "streaming-motion", "streaming-presence", "streaming-throughput", "streaming-clients"]),
+    ("Progressive meshes",
+     "The experiments of Kim, Lee and Kobbelt, the paper's figures beside: what a view costs as they have it and by their two "
+     "variations; what a server keeps of a client; bytes, faces and times of a walk that is made twice; bytes until a view "
+     "is satisfied beside streams that do not depend on the view, in the order of levels (the paper's) and of error; and "
+     "pictures after so many bytes. Then error against bytes beside points and points with triangles as leaves.",
+     ["pm-paths", "pm-memory", "pm-bytes", "pm-faces"],
+     ["pm-services", "pm-fixed-tolerance", "pm-fixed-bytes", "pm-paths", "pm-tolerance", "pm-memory-summary", "pm-clients",
+      "pm-session"]),
     ("Point sampling",
      "The server of ppve-sample, at 1280x800: how long an image takes and what of the scene it reads, how small it gets beside "
      "the paper's codec, and whole updates on a way: sample, leave out what the client has, code, keep.",
@@ -79,7 +87,7 @@ SECTIONS = [
      "to.", [], ["stability"]),
 ]
 OPEN = {"goals", "size", "threads", "backends", "budgets", "bound-summary", "paths", "occlusion", "triangles",
-        "streaming-summary", "streaming-links", "streaming-motion", "yardsticks"}  # not folded
+        "streaming-summary", "streaming-links", "streaming-motion", "pm-services", "pm-fixed-tolerance", "pm-paths", "yardsticks"}  # not folded
 
 
 def write(bench):
