@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/program.h"
 #include "core/words.h"
 #include "scene/drawing_words.h"
 
@@ -133,9 +134,13 @@ void add_options(core::Program& program, Arguments& a) {
     a.streaming.add_to(program);
 }
 
+bool Arguments::threshold_is_given() const {
+    return threshold->count() > 0;
+}
+
 scene::DrawOptions draw_options(const Arguments& a) {
     scene::DrawOptions draw;
-    if (a.cuts_by_diameter() && a.threshold->count() > 0)
+    if (a.cuts_by_diameter() && a.threshold_is_given())
         throw UsageError("--threshold and --threshold-diameter exclude each other");
     draw.cut.by = a.cuts_by_diameter() ? splat::CutBy::diameter : splat::CutBy::error;
     draw.cut.threshold_px = a.cuts_by_diameter() ? a.threshold_diameter_px : a.threshold_px;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/program.h"
+#include "core/program_fwd.h"
 #include "scene/camera_options.h"
 #include "qs-render/parts.h"
 #include "scene/sources.h"
@@ -39,6 +39,7 @@ struct Arguments {
     bool lists_backends = false;  // and does nothing else
     std::string ppve_command, ppve;  // a server of points, and how it is asked
 
+    bool threshold_is_given() const;
     bool cuts_by_diameter() const { return !std::isnan(threshold_diameter_px); }
     bool has_budget() const { return !std::isnan(budget_ms); }
 };

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/messages.h"
 #include "core/stopwatch.h"
 #include "mesh/mesh.h"
 #include "scene/refinement.h"
@@ -170,7 +171,7 @@ void Film::count(scene::FrameReport line) {
     // it; of a prefix has been warned; and a budget may have asked for less.
     const bool is_bounded =
         options_.kind == render::SplatKind::ellipse || options_.kind == render::SplatKind::smooth;
-    const bool was_asked = a_.threshold->count() > 0 && are_complete_ && is_bounded &&
+    const bool was_asked = a_.threshold_is_given() && are_complete_ && is_bounded &&
                            (a_.refine || line.cut.threshold_px <= options_.cut.threshold_px);
     line.cut = options_.cut;
     coarse_count_ += was_asked && line.misses_threshold();

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/program.h"
+#include "core/report.h"
 #include "geom/path.h"
 #include "qs-render/arguments.h"
 #include "qs-render/picture_files.h"

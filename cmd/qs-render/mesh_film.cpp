@@ -5,6 +5,8 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/messages.h"
+#include "core/report.h"
 #include "core/stopwatch.h"
 #include "mesh/reader.h"
 #include "qs-render/picture_files.h"

@@ -10,6 +10,8 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/messages.h"
+#include "core/report.h"
 #include "core/stopwatch.h"
 #include "mesh/mesh.h"
 #include "ppve/link.h"
@@ -33,7 +35,7 @@ using Clock = std::chrono::steady_clock;
 void check_points(const Arguments& a) {
     if (a.sources.size() > 1 || (a.sources.size() == 1 && !a.ppve_command.empty()))
         throw UsageError("SOURCE: a server's points are drawn alone");
-    const std::pair<const char*, bool> useless[] = {{"--threshold", a.threshold->count() > 0},
+    const std::pair<const char*, bool> useless[] = {{"--threshold", a.threshold_is_given()},
                                                     {"--threshold-diameter", a.cuts_by_diameter()},
                                                     {"--budget", a.has_budget()},
                                                     {"--refine", a.refine},

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/program.h"
 #include "ppve/client.h"
 
 namespace qs_render {

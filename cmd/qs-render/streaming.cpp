@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/program.h"
 #include "core/words.h"
 #include "scene/remote_models.h"
 
@@ -67,6 +68,10 @@ void check_modes(const StreamingOptions& o, bool has_path) {
 }
 
 }  // namespace
+
+bool StreamingOptions::has_budget() const {
+    return byte_budget_option->count() > 0;
+}
 
 void StreamingOptions::add_to(core::Program& program) {
     CLI::App& app = program.options;

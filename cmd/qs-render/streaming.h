@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/program.h"
+#include "core/program_fwd.h"
 #include "scene/sources.h"
 #include "scene/stream.h"
 
@@ -22,7 +22,7 @@ struct StreamingOptions {
 
     void add_to(core::Program& program);
     bool is_realtime() const { return !std::isnan(realtime_fps); }
-    bool has_budget() const { return byte_budget_option->count() > 0; }
+    bool has_budget() const;
     // Whether the times of frames are given, and not what is in them.
     bool draws_at_once() const { return is_realtime() || !snapshot.empty(); }
     // Whether frames wait until all is there that they show.

@@ -5,16 +5,13 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
-#include <string_view>
-#include <vector>
+
+#include "core/messages.h"
+#include "core/report.h"
 
 namespace core {
-
-using Json = nlohmann::ordered_json;  // keys in the order they were written
 
 // One program.  Owns --threads, --quiet, --verbose, --progress, --report, --version, --help,
 // and --completion, which --help does not show.
@@ -75,47 +72,5 @@ CLI::Option* add_numbers(CLI::App& app, const std::string& names, std::span<doub
                          const std::string& form, const std::string& help);
 // Bits a second: 9600, 384k, 8M, 1G (powers of 1000), above 0.  No default is shown.
 CLI::Option* add_rate(CLI::App& app, const std::string& names, double& bits_per_s, const std::string& help);
-
-// Lines on standard error, "name: warning: sentence".  notice() shows with --verbose only;
-// nothing but errors with --quiet.
-void warn(const std::string& sentence);
-void notice(const std::string& sentence);
-
-// Reports a failed operand ("name: sentence") and makes run() return 1 at the end, so that the
-// other operands are still done.
-void fail(const std::string& sentence);
-
-// One line, redrawn at most 10 times a second, erased at the end; drawn where standard error is a
-// terminal, or as --progress auto|always|never says.  update() may be called from any thread.
-class Progress {
-  public:
-    Progress(std::string what, uint64_t total);  // total 0: unknown
-    ~Progress();
-    void update(uint64_t done);
-
-  private:
-    struct State;
-    std::unique_ptr<State> state_;
-};
-
-// --report FILE: JSON, one object a line.  Empty when the option was not given: is_wanted() false
-// and write() does nothing.  commit() as OutputFile; "-" is standard output.
-class Report {
-  public:
-    // Opens the file named by --report.  Throws UsageError where that is one of the job's own inputs or
-    // outputs (as OutputFile names them; empty: none).
-    Report(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
-    ~Report();
-    bool is_wanted() const;
-    void write(const Json& line);
-    void commit();
-
-  private:
-    struct State;
-    std::unique_ptr<State> state_;
-};
-
-// Writes to standard output (data for people or scripts); checked at the end of run().
-void print(std::string_view text);
 
 }  // namespace core

@@ -8,7 +8,8 @@
 #include <deque>
 #include <map>
 
-#include "core/program.h"
+#include "core/json.h"
+#include "core/messages.h"
 #include "fetch/downloads.h"
 #include "fetch/messages.h"
 #include "fetch/unix_socket.h"

@@ -5,7 +5,7 @@
 #include <ctime>
 #include <limits>
 
-#include "core/program.h"
+#include "core/messages.h"
 
 namespace fetch {
 

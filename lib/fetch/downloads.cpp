@@ -1,6 +1,6 @@
 #include "fetch/downloads.h"
 
-#include "core/program.h"
+#include "core/error.h"
 #include "fetch/download.h"
 
 namespace fetch {

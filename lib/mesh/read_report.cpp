@@ -1,6 +1,7 @@
 #include "mesh/read_report.h"
 
 #include "core/error.h"
+#include "core/messages.h"
 
 namespace mesh {
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "core/program.h"
+#include "core/json.h"
 #include "mesh/mesh.h"
 
 namespace mesh {

@@ -6,7 +6,7 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 
-#include "core/program.h"
+#include "core/messages.h"
 
 namespace net {
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-#include "core/program.h"
+#include "core/json.h"
 #include "geom/camera.h"
 #include "net/address.h"
 #include "pm/client.h"

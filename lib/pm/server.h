@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/program.h"
+#include "core/json.h"
 #include "net/server.h"
 #include "pm/messages.h"
 #include "pm/served_model.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/program.h"
+#include "core/json.h"
 #include "render/compare.h"
 
 namespace render {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/program.h"
 #include "geom/framing.h"
 #include "geom/path.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/program.h"
+#include "core/program_fwd.h"
 #include "geom/camera.h"
 #include "geom/sphere.h"
 

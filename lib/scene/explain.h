@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/program.h"
+#include "core/json.h"
 #include "scene/backends.h"
 #include "scene/frame_report.h"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/program.h"
+#include "core/json.h"
 #include "scene/budget_painter.h"
 #include "scene/draw.h"
 #include "scene/reference.h"

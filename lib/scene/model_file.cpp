@@ -4,7 +4,7 @@
 #include <array>
 
 #include "core/error.h"
-#include "core/program.h"
+#include "core/messages.h"
 #include "core/stopwatch.h"
 #include "mesh/qsplat.h"
 #include "splat/build.h"

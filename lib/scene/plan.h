@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "core/program.h"
+#include "core/json.h"
 #include "scene/lacks.h"
 
 namespace scene {

@@ -7,7 +7,7 @@
 #include <chrono>
 
 #include "core/error.h"
-#include "core/program.h"
+#include "core/json.h"
 #include "fetch/client.h"
 #include "fetch/private_folder.h"
 #include "splat/format.h"

@@ -1,7 +1,7 @@
 // The part of a frame's report that is about what arrives, as frame-report(5) has it.
 #pragma once
 
-#include "core/program.h"
+#include "core/json.h"
 #include "scene/stream.h"
 
 namespace scene {
