@@ -1,19 +1,20 @@
-// Replays a fuzz target without libFuzzer: every file of a folder as it is, then a bounded number
-// of mutations of each, the same in every run.
+// Runs a fuzz target without libFuzzer: every file of a folder as it is, then a bounded number of mutations
+// of each, the same in every run.  Or, as libFuzzer is asked to, searches for a time:
+//
+//     replay SEEDS
+//     replay -max_total_time=SECONDS -seed=N -artifact_prefix=PREFIX KEPT SEEDS
 #include <algorithm>
-#include <cstdint>
 #include <cstdio>
-#include <filesystem>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <random>
-#include <vector>
+#include <string_view>
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
+#include "search.h"
 
 namespace {
 
-using Bytes = std::vector<uint8_t>;
+using fuzz::Bytes;
 
 constexpr int kMutations = 300;  // of each file: seconds for a corpus, with sanitizers too
 
@@ -22,49 +23,63 @@ Bytes read_file(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-// A copy of exactly the right size, so that reading past its end shows under a sanitizer.
-void run(const Bytes& bytes) {
-    const Bytes exact(bytes.begin(), bytes.end());
-    LLVMFuzzerTestOneInput(exact.data(), exact.size());
+std::vector<Bytes> read_folders(const std::vector<std::filesystem::path>& folders) {
+    std::vector<std::filesystem::path> paths;
+    for (const auto& folder : folders)
+        for (const auto& entry : std::filesystem::directory_iterator(folder)) paths.push_back(entry.path());
+    std::sort(paths.begin(), paths.end());
+    std::vector<Bytes> files;
+    for (const auto& path : paths) files.push_back(read_file(path));
+    return files;
 }
 
-// Flips bits, sets bytes to values that parsers trip over, or cuts the end off.  The distribution
-// classes of <random> differ between libraries; the engine does not.
-Bytes mutated(Bytes bytes, std::mt19937_64& random) {
-    constexpr uint8_t kEvil[] = {0x00, 0x7f, 0x80, 0xff, '-', '9', ' ', '\n'};
-    if (random() % 4 == 0) bytes.resize(random() % (bytes.size() + 1));
-    for (uint64_t n = random() % 4; n > 0 && !bytes.empty(); --n) {
-        // Half of the changes go to the front: headers are read there.
-        const size_t reach = random() % 2 == 0 ? std::min<size_t>(bytes.size(), 256) : bytes.size();
-        uint8_t& byte = bytes[random() % reach];
-        if (random() % 2 == 0)
-            byte = static_cast<uint8_t>(byte ^ (1u << random() % 8));
-        else
-            byte = kEvil[random() % std::size(kEvil)];
+void replay(const std::vector<Bytes>& seeds) {
+    fuzz::run({});
+    for (const Bytes& seed : seeds) {
+        fuzz::run(seed);
+        std::mt19937_64 random(1);
+        for (int n = 0; n < kMutations; ++n) fuzz::run(fuzz::mutated(seed, random));
     }
-    return bytes;
+    std::printf("%zu files, %d mutations of each\n", seeds.size(), kMutations);
+}
+
+// "-name=value": the value where `argument` begins so.
+const char* value_of(std::string_view name, const char* argument) {
+    return std::string_view(argument).starts_with(name) ? argument + name.size() : nullptr;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fputs("usage: replay CORPUS_FOLDER\n", stderr);
+    fuzz::Search search;
+    std::vector<std::filesystem::path> folders;
+    for (int i = 1; i < argc; ++i) {
+        if (const char* seconds = value_of("-max_total_time=", argv[i]))
+            search.seconds = std::strtod(seconds, nullptr);
+        else if (const char* seed = value_of("-seed=", argv[i]))
+            search.seed = std::strtoull(seed, nullptr, 10);
+        else if (const char* prefix = value_of("-artifact_prefix=", argv[i]))
+            search.failures = prefix;
+        else
+            folders.emplace_back(argv[i]);
+    }
+    const bool searches = search.seconds > 0;
+    if (folders.size() != (searches ? 2 : 1)) {
+        std::fputs(
+            "usage: replay SEEDS\n       replay -max_total_time=SECONDS -seed=N -artifact_prefix=PREFIX KEPT "
+            "SEEDS\n",
+            stderr);
         return 2;
     }
-    std::vector<std::filesystem::path> paths;
-    for (const auto& entry : std::filesystem::directory_iterator(argv[1])) paths.push_back(entry.path());
-    std::sort(paths.begin(), paths.end());
-    if (paths.empty()) {
-        std::fprintf(stderr, "replay: %s: the corpus is empty\n", argv[1]);
+    search.seeds = read_folders(folders);
+    if (search.seeds.empty()) {
+        std::fprintf(stderr, "replay: %s: the corpus is empty\n", folders.back().c_str());
         return 1;
     }
-    run({});
-    for (const std::filesystem::path& path : paths) {
-        const Bytes seed = read_file(path);
-        run(seed);
-        std::mt19937_64 random(1);
-        for (int n = 0; n < kMutations; ++n) run(mutated(seed, random));
+    if (!searches) {
+        replay(search.seeds);
+        return 0;
     }
-    std::printf("%zu files, %d mutations of each\n", paths.size(), kMutations);
+    search.kept = folders.front();
+    return fuzz::search(search) ? 0 : 1;
 }
