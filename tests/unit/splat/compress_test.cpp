@@ -169,9 +169,10 @@ TEST(Compress, FirstPictureIsInTheFirst13KiB) {
     EXPECT_GE(splat::Model(memory_file(prefix(coded, 13 * 1024))).blocks_present(), 8u);
 }
 
-TEST(Compress, EveryFlippedBitIsAnErrorOrHarmless) {
+// Every seventh bit: all eight of a byte come in turn, in a seventh of the time.
+TEST(Compress, FlippedBitsAreErrorsOrHarmless) {
     const Bytes plain = build_bytes(bumpy_torus(16, 40, true)), coded = compressed(plain);
-    for (size_t bit = 0; bit < 8 * coded.size(); ++bit) {
+    for (size_t bit = 0; bit < 8 * coded.size(); bit += 7) {
         Bytes bytes = coded;
         bytes[bit / 8] ^= std::byte(uint8_t(1 << bit % 8));
         if (fault_of(bytes).empty()) {
