@@ -73,13 +73,11 @@ const std::map<std::string, Setter>& values() {
              s.client.width = int(number(key, width, 1, 16384));
              s.client.height = int(number(key, height, 1, 16384));
          }},
-        {"scale", [](PointSettings& s, auto& key,
-                     Word value) { s.scale = value == "auto" ? 0 : number(key, value, 0.1, 16); }},
+        {"scale", [](PointSettings& s, auto& key, Word v) { s.scale = number(key, v, 0.1, 16); }},
         {"rule",
          [](PointSettings& s, auto& key, Word value) {
              const auto [ratio, epsilon] = halves(key, value, ':', "RATIO:EPSILON");
-             s.ratio = number(key, ratio, 1, 1000);
-             s.epsilon = number(key, epsilon, 0, 1);
+             s.rule = {number(key, ratio, 1, 1000), number(key, epsilon, 0, 1)};
          }},
         {"velocity", [](PointSettings& s, auto& key, Word v) { s.velocity_px = number(key, v, 0, 1e6); }},
         {"points", [](PointSettings& s, auto& key, Word v) { s.most_points = size(key, v, 1000); }},

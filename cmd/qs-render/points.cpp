@@ -173,9 +173,10 @@ double moved_px(const geom::View& before, const geom::View& now, double distance
 }
 
 ppve::ReconstructionOptions PointFilm::options_for(bool is_complete) {
-    ppve::ReconstructionOptions options;
-    options.scale = settings_.scale > 0 ? settings_.scale : is_complete ? 1 : ppve::kScaleInMotion;
-    options.ratio = settings_.ratio, options.epsilon = settings_.epsilon;
+    ppve::ReconstructionOptions options = is_complete ? ppve::ReconstructionOptions::of_complete_picture()
+                                                      : ppve::ReconstructionOptions::of_moving_eye();
+    options.scale = settings_.scale;
+    if (settings_.rule) options.ratio = settings_.rule->ratio, options.epsilon = settings_.rule->epsilon;
     options.most_points = settings_.most_points;
     options.is_closed = settings_.is_closed;
     options.look = look_;

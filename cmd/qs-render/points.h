@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,10 +15,13 @@ struct Arguments;
 // What --ppve can say: words with commas between, KEY or KEY=VALUE.
 struct PointSettings {
     ppve::ClientOptions client;
-    bool is_realtime = false;         // frames at the path's times, of what is there
-    double scale = 0;                 // 0: 1 for pictures that are complete, 1.5 else
-    double ratio = 0, epsilon = 0.3;  // the rule for coarse patches over fine ones; ratio 0: none
-    double velocity_px = 0;           // a frame, from which on a moving eye asks for less; 0: never
+    bool is_realtime = false;  // frames at the path's times, of what is there
+    double scale = 1;
+    struct Rule {
+        double ratio, epsilon;
+    };
+    std::optional<Rule> rule;  // for coarse patches over fine ones; absent: as it suits the picture
+    double velocity_px = 0;    // a frame, from which on a moving eye asks for less; 0: never
     uint64_t most_points = 4'000'000;
     bool is_closed = false;
     bool is_lit_by_server = false;

@@ -25,9 +25,10 @@ constexpr double kMostSlope = 30;  // footprints a pixel
 // Depths of cached points are single precision, positions somewhat worse; counts in very narrow frusta only.
 constexpr double kRounding = 0x1p-21;
 
-// Of a pixel that points must hold together for its sample to be left out: a point that is as fine does, of
-// those twice as fine it takes two.  One fine point alone would leave a hole about it.
-constexpr float kEnough = 0.4f;
+// Of a pixel that footprints must overlap together for its sample to be left out, beside a splat that is
+// drawn there: one alone may stand for a surface that is hardly sampled.  With 0.4 an orbit's pictures lose 1
+// dB, with 0.75 they are no better, for 1% to 2% more bytes.
+constexpr float kEnough = 0.6f;
 
 // A patch and its place, of those in the frustum.
 struct PlacedPatch {
@@ -37,13 +38,14 @@ struct PlacedPatch {
     PointView::Rows rows;
 };
 
-std::vector<PlacedPatch> patches_in(const Octree& tree, const PointView& view) {
+// Points reach over `most_px` pixels at most.
+std::vector<PlacedPatch> patches_in(const Octree& tree, const PointView& view, double most_px) {
     std::vector<PlacedPatch> patches;
     tree.for_each([&](const Cluster& cluster) {
         for (size_t k = cluster.patches.size(); k-- > 0;) {
             const Patch& patch = *cluster.patches[k];
             if (!view.may_see(patch)) continue;
-            patches.push_back({&patch, cluster.id, static_cast<uint32_t>(k), view.rows_of(patch, 1)});
+            patches.push_back({&patch, cluster.id, static_cast<uint32_t>(k), view.rows_of(patch, most_px)});
         }
     });
     return patches;
@@ -113,11 +115,12 @@ double epsilon_of(const DepthImage& image, const DepthField& field, size_t pixel
            kRounding * std::fabs(z);
 }
 
-// Of each pixel the share that the tree's points hold, in front of the new sample or no farther behind it
-// than epsilon; points of more than `most_px` pixels left out.
-std::vector<float> coverage_of(const std::vector<PlacedPatch>& patches, const PointView& view, float most_px,
-                               const DepthImage& image, const DepthField& field) {
-    std::vector<float> limit(image.pixels()), coverage(image.pixels());
+// What the tree's points hold of each pixel in front of the new sample, or no farther behind it than epsilon;
+// points of more than `most_px` pixels left out.
+Coverage coverage_of(const std::vector<PlacedPatch>& patches, const PointView& view, float most_px,
+                     const DepthImage& image, const DepthField& field) {
+    std::vector<float> limit(image.pixels());
+    Coverage coverage(image.pixels());
     core::parallel_for(
         size_t(field.height),
         [&](size_t y) {
@@ -217,16 +220,16 @@ Eliminated eliminate(const Octree& tree, const EliminationRule& rule, DepthImage
     result.counts.samples = result.counts.kept = image.samples();
     if (rule.kind == Elimination::none) return result;
     const PointView view(image.frustum, tree.shape().unit());
-    const std::vector<PlacedPatch> patches = patches_in(tree, view);
-    const DepthField field(image);
     const float coarse_px = static_cast<float>(rule.rho * image.footprint_px);
-    const std::vector<float> coverage = coverage_of(patches, view, coarse_px, image, field);
+    const std::vector<PlacedPatch> patches = patches_in(tree, view, double(coarse_px) + 1);
+    const DepthField field(image);
+    const Coverage coverage = coverage_of(patches, view, coarse_px, image, field);
     const float enough = kEnough * static_cast<float>(image.footprint_px * image.footprint_px);
     if (rule.kind == Elimination::filtered) {
         result.removed = find_replaced(patches, view, tree.shape().unit(), rule.rho, image, field);
         eliminate_rows(image, [&](size_t y) {
             for (size_t i = y * size_t(field.width); i < (y + 1) * size_t(field.width); ++i)
-                if (image.depth[i] != 0 && coverage[i] >= enough) leave_out(image, i);
+                if (coverage.is_shown[i] && coverage.share[i] >= enough) leave_out(image, i);
             return 0;
         });
     } else {
@@ -240,7 +243,7 @@ Eliminated eliminate(const Octree& tree, const EliminationRule& rule, DepthImage
                 if (image.depth[i] == 0 || word == PointRaster::kEmpty ||
                     z < view.depth_of(word) - rule.epsilon)
                     continue;
-                lost += coverage[i] == 0;
+                lost += coverage.share[i] == 0;
                 leave_out(image, i);
             }
             return lost;

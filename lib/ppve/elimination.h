@@ -6,9 +6,10 @@
 // with an epsilon below the slope of a pixel half of all points are duplicates.  The default here:
 //   - epsilon is the sample's footprint and its slope, the change of depth to the next pixel;
 //   - points with a footprint above rho = 1.4 of the new ones' do not count;
-//   - points that are finer count by the share of the pixel that they hold, and a sample goes where half of
-//   it is held:
-//     in the paper's map one point of a close-up discards the sample of a far view for all of its pixel;
+//   - a sample goes where footprints of cached points, squares about them, overlap three fifths of its pixel,
+//     and one of them is drawn there: so a surface that was sampled all over stays known from all sides,
+//     though many a pixel has no point's middle in it, and one point of a close-up does not stand for a far
+//     view's pixel;
 //   - such a coarse point is removed from the tree where new samples hold all its corners.  Both sides are
 //   told
 //     which (Removal), so that they need not come to the same conclusion.

@@ -33,7 +33,8 @@ struct PointTask {
     bool is_coloured;
     uint32_t one_colour;
     const float* limit;  // PointRaster::cover(); else null
-    float* coverage;
+    float* share;
+    uint8_t* is_shown;
 };
 
 // Splats of a block of points that fall on the raster, as pixels.
@@ -41,7 +42,7 @@ struct SplatBlock {
     static constexpr size_t kPoints = 256, kRoom = kPoints + 64;
     alignas(64) int32_t x[kRoom], y[kRoom], x_end[kRoom], y_end[kRoom];
     alignas(64) uint32_t depth[kRoom], number[kRoom];
-    alignas(64) float size[kRoom];  // of their footprints; for coverage only
+    alignas(64) float centre_x[kRoom], centre_y[kRoom], size[kRoom];  // of footprints; for coverage only
 };
 
 }  // namespace ppve
@@ -71,7 +72,8 @@ HWY_INLINE size_t project(D d, const PointTask& t, size_t i, size_t number, size
     const auto px = Add(Set(d, t.centre_x), Mul(vx, per_unit)),
                py = Add(Set(d, t.centre_y), Mul(vy, per_unit));
     const auto sized = Min(Max(Mul(unscaled, Set(d, t.scale)), Set(d, 1.0f)), Set(d, kMostSplatPx));
-    const auto size = t.is_sized ? sized : Set(d, 1.0f);
+    // Coverage is of the pixels that a footprint overlaps, be it ever so little.
+    const auto size = t.limit ? Add(unscaled, Set(d, 1.0f)) : t.is_sized ? sized : Set(d, 1.0f);
 
     // Pixels with a centre in [p - size / 2, p + size / 2).
     const auto half = Add(Mul(size, Set(d, 0.5f)), Set(d, 0.5f));
@@ -89,7 +91,11 @@ HWY_INLINE size_t project(D d, const PointTask& t, size_t i, size_t number, size
     store(Max(top, first), block.y);
     store(Min(right, width), block.x_end);
     store(Min(bottom, end), block.y_end);
-    if (t.coverage) hn::CompressStore(unscaled, seen, d, block.size + to);
+    if (t.limit) {
+        hn::CompressStore(px, seen, d, block.centre_x + to);
+        hn::CompressStore(py, seen, d, block.centre_y + to);
+        hn::CompressStore(unscaled, seen, d, block.size + to);
+    }
     const auto mask = hn::RebindMask(du, seen);
     hn::CompressStore(hn::Iota(du, static_cast<uint32_t>(number)), mask, du, block.number + to);
     return hn::CompressStore(hn::BitCast(du, vz), mask, du, block.depth + to);
@@ -151,16 +157,32 @@ HWY_INLINE void put_all(const PointTask& t, const SplatBlock& block, size_t coun
     }
 }
 
+// How much of the pixel [at, at + 1) the interval of the size about the centre overlaps.
+HWY_INLINE float overlap(float centre, float size, int at) {
+    const float low = std::max(centre - 0.5f * size, float(at));
+    const float high = std::min(centre + 0.5f * size, float(at + 1));
+    return std::max(0.0f, high - low);
+}
+
 void add_coverage(const PointTask& t, const SplatBlock& block, size_t count) {
     for (size_t i = 0; i < count; ++i) {
-        const size_t pixel = size_t(block.y[i]) * t.stride + size_t(block.x[i]);
-        if (std::bit_cast<float>(block.depth[i]) <= t.limit[pixel])
-            t.coverage[pixel] += std::min(1.0f, block.size[i] * block.size[i]);
+        const float depth = std::bit_cast<float>(block.depth[i]), size = block.size[i];
+        const float cx = block.centre_x[i], cy = block.centre_y[i], half = 0.5f * std::max(size, 1.0f);
+        for (int y = block.y[i]; y < block.y_end[i]; ++y) {
+            const float down = overlap(cy, size, y);
+            const bool is_row_shown = std::fabs(cy - float(y) - 0.5f) <= half;
+            for (int x = block.x[i]; x < block.x_end[i]; ++x) {
+                const size_t pixel = size_t(y) * t.stride + size_t(x);
+                if (!(depth <= t.limit[pixel])) continue;
+                t.share[pixel] += down * overlap(cx, size, x);
+                t.is_shown[pixel] |= is_row_shown && std::fabs(cx - float(x) - 0.5f) <= half;
+            }
+        }
     }
 }
 
 void put(const PointTask& t, const SplatBlock& block, size_t count) {
-    if (t.coverage) return add_coverage(t, block, count);
+    if (t.limit) return add_coverage(t, block, count);
     int widest = 0;
     for (size_t i = 0; i < count; ++i)
         widest = std::max({widest, block.x_end[i] - block.x[i], block.y_end[i] - block.y[i]});
@@ -370,11 +392,12 @@ size_t PointRaster::draw(const PointView& view, const Patch& patch, const PatchP
 }
 
 void PointRaster::cover(const PointView& view, const Patch& patch, float most_px,
-                        const std::vector<float>& limit, std::vector<float>& coverage, int first, int end) {
+                        const std::vector<float>& limit, Coverage& coverage, int first, int end) {
     PointTask task = task_of(view, patch, patch.points(), 1, first, end);
     task.most_px = most_px;
     task.stride = size_t(view.width());
-    task.limit = limit.data(), task.coverage = coverage.data();
+    task.limit = limit.data();
+    task.share = coverage.share.data(), task.is_shown = coverage.is_shown.data();
     HWY_DYNAMIC_DISPATCH(draw_points)(task);
 }
 

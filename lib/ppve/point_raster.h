@@ -2,9 +2,9 @@
 // kept.
 //
 // Made for the many small squares of a point model.  Its splats have neither radius nor normal of their own;
-// lib/render draws the same points in 1.4 to 1.6 times the time (point_view_bench --what splatter), and blends
-// what here only the nearest of is to be seen.  The same words for any order of patches, number of threads
-// and instruction set.
+// lib/render draws the same points in 1.4 to 1.6 times the time (point_view_bench --what splatter), and
+// blends what here only the nearest of is to be seen.  The same words for any order of patches, number of
+// threads and instruction set.
 #pragma once
 
 #include <bit>
@@ -80,6 +80,14 @@ struct PatchStyle {
     glm::u8vec3 colour{0};
 };
 
+// What points hold of a raster already, an entry a pixel.
+struct Coverage {
+    explicit Coverage(size_t pixels) : share(pixels), is_shown(pixels) {}
+
+    std::vector<float> share;       // of the pixel that footprints overlap, squares about the points; summed
+    std::vector<uint8_t> is_shown;  // 1 where a splat as large as its footprint, or a pixel, is drawn
+};
+
 class PointRaster {
   public:
     static constexpr uint64_t kEmpty = uint64_t(0x7f800000) << 32;  // depth: infinity
@@ -98,11 +106,11 @@ class PointRaster {
     size_t draw(const PointView& view, const Patch& patch, const PatchPoints& points, float coarseness,
                 const PatchStyle& style, const PointShading& shading, int first, int end);
 
-    // What points hold of pixels already: adds to `coverage`, of each point whose depth is at most `limit` in
-    // its pixel, the share of the pixel that its footprint is, at most 1; but for points with more than
-    // `most_px` pixels.  Both have an entry a pixel; a limit is as depth_key() has it.  Rows as in draw().
+    // Adds what a patch holds of pixels, of its points that are no larger than `most_px` pixels and where
+    // their depth is at most the pixel's `limit`, as depth_key() has it, an entry a pixel.  Rows as in
+    // draw().
     static void cover(const PointView& view, const Patch& patch, float most_px,
-                      const std::vector<float>& limit, std::vector<float>& coverage, int first, int end);
+                      const std::vector<float>& limit, Coverage& coverage, int first, int end);
 
     int width() const { return width_; }
     int height() const { return height_; }

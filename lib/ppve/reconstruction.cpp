@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
+#include "ppve/elimination.h"
+#include "ppve/gaps.h"
 #include "render/shading.h"
 
 namespace ppve {
@@ -110,6 +113,7 @@ PointShading shading_of(const render::Look& look, const geom::View& view) {
 struct Eye {
     PointView view;
     PointShading shading;
+    double focal_px;
     std::vector<Choice> choices;
     PointRaster* raster = nullptr;
     ReconstructionCounts counts{};
@@ -120,7 +124,7 @@ Eye eye_of(const PointModel& model, const geom::View& view, const Reconstruction
     core::Stopwatch watch;
     Frustum frustum;
     frustum.view = view;
-    Eye eye{PointView(frustum, model.unit), shading_of(options.look, view), {}, nullptr, {}};
+    Eye eye{PointView(frustum, model.unit), shading_of(options.look, view), view.focal_px, {}, nullptr, {}};
     eye.counts.clusters = model.clusters.size();
     for (size_t number = 0; number < model.clusters.size(); ++number) {
         const size_t first = eye.choices.size();
@@ -151,12 +155,15 @@ Eye eye_of(const PointModel& model, const geom::View& view, const Reconstruction
     return eye;
 }
 
-void resolve(const Eye& eye, const render::Look& look, int first, int end, render::Frame& frame) {
+void resolve(const Eye& eye, const ReconstructionOptions& options, int first, int end, render::Frame& frame) {
+    const render::Look& look = options.look;
     const uint32_t background =
         look.background.x | uint32_t(look.background.y) << 8 | uint32_t(look.background.z) << 16;
     const size_t width = size_t(frame.width);
+    std::optional<GapCloser> gaps;
+    if (options.closes_gaps) gaps.emplace(*eye.raster, eye.focal_px);
     for (int y = first; y < end; ++y) {
-        const uint64_t* const words = eye.raster->row(y);
+        const uint64_t* const words = gaps ? gaps->row(y) : eye.raster->row(y);
         const size_t row = size_t(y) * width;
         uint8_t* rgb = frame.rgb.data() + 3 * row;
         for (size_t x = 0; x < width; ++x, rgb += 3) {
@@ -172,8 +179,7 @@ void resolve(const Eye& eye, const render::Look& look, int first, int end, rende
     }
 }
 
-size_t draw_band(const Eye& eye, const ReconstructionOptions& options, int first, int end,
-                 render::Frame& frame) {
+size_t draw_band(const Eye& eye, const ReconstructionOptions& options, int first, int end) {
     size_t drawn = 0;
     eye.raster->clear(first, end);
     for (const Choice& c : eye.choices) {
@@ -186,11 +192,23 @@ size_t draw_band(const Eye& eye, const ReconstructionOptions& options, int first
         drawn += eye.raster->draw(eye.view, *c.patch->patch, c.patch->points(c.level),
                                   static_cast<float>(1 << c.level), style, eye.shading, first, end);
     }
-    resolve(eye, options.look, first, end, frame);
     return drawn;
 }
 
 }  // namespace
+
+ReconstructionOptions ReconstructionOptions::of_complete_picture() {
+    ReconstructionOptions options;
+    // The server takes points of up to rho = 1.4 footprints for as fine as its samples.
+    options.ratio = EliminationRule{}.rho;
+    return options;
+}
+
+ReconstructionOptions ReconstructionOptions::of_moving_eye() {
+    ReconstructionOptions options;
+    options.closes_gaps = true;
+    return options;
+}
 
 // Threads of its own: those that take in an update at the same time must not be waited for.
 struct Reconstruction::State {
@@ -235,11 +253,19 @@ std::vector<ReconstructionCounts> Reconstruction::draw(const PointModel& model,
     // An eye a thread needs no merging; more threads have bands of it.
     const size_t bands = (size_t(core::thread_count()) + views.size() - 1) / views.size();
     std::vector<uint64_t> drawn(views.size() * bands);
-    state_->for_each(drawn.size(), [&](size_t task) {
-        const size_t k = task / bands, band = task % bands;
-        const auto row_at = [&](size_t b) { return static_cast<int>(size_t(views[k].height) * b / bands); };
-        drawn[task] = draw_band(eyes[k], options, row_at(band), row_at(band + 1), frames[k]);
+    const auto for_each_band = [&](const auto& body) {
+        state_->for_each(drawn.size(), [&](size_t task) {
+            const size_t k = task / bands, band = task % bands, height = size_t(views[k].height);
+            body(task, k, static_cast<int>(height * band / bands),
+                 static_cast<int>(height * (band + 1) / bands));
+        });
+    };
+    for_each_band([&](size_t task, size_t k, int first, int end) {
+        drawn[task] = draw_band(eyes[k], options, first, end);
     });
+    // Once all rows are there: a gap may be between two bands.
+    for_each_band(
+        [&](size_t, size_t k, int first, int end) { resolve(eyes[k], options, first, end, frames[k]); });
     std::vector<ReconstructionCounts> counts;
     const double draw_ms = watch.lap_ms();
     for (size_t k = 0; k < views.size(); ++k) {

@@ -35,9 +35,9 @@ using core::Json;
 
 struct Options {
     std::string mesh, path, what = "traffic", eliminate = "filtered";
-    double rate = 4, seconds = 7, frame_s = 0.31, scale = 1.25, velocity = 1, ratio = 0;
+    double rate = 4, seconds = 7, frame_s = 0.31, scale = 1, velocity = 1, ratio = 0;
     std::array<double, 2> screen{1280, 800}, size{640, 400};
-    bool no_prediction = false, with_normals = false, rests = false;
+    bool no_prediction = false, leaves_gaps = false, with_normals = false;
     double bound_px = 0.01, points = 4e6;
     int64_t runs = 10;
 };
@@ -267,8 +267,9 @@ Json motion(const Options& options, ppve::Sampler& sampler, const mesh::Mesh& me
         const geom::View view =
             geom::make_view(camera_at(path, now), int(options.screen[0]), int(options.screen[1]));
         render::Frame frame;
-        ppve::ReconstructionOptions draw;
+        auto draw = ppve::ReconstructionOptions::of_moving_eye();
         draw.scale = options.scale, draw.ratio = options.ratio, draw.velocity = options.velocity;
+        draw.closes_gaps = !options.leaves_gaps;
         reconstruction.draw(*session.cache.model(), {&view, 1}, draw, {&frame, 1});
         const render::ImageDifference d = judge.compare(view, frame);
         const double empty = double(d.holes) / double(std::max<uint64_t>(judge.covered(), 1));
@@ -291,7 +292,8 @@ Json motion(const Options& options, ppve::Sampler& sampler, const mesh::Mesh& me
         geom::make_view(camera_at(path, options.seconds), int(options.screen[0]), int(options.screen[1]));
     session.update({view, ppve::Projection::perspective});
     render::Frame frame;
-    reconstruction.draw(*session.cache.model(), {&view, 1}, {}, {&frame, 1});
+    reconstruction.draw(*session.cache.model(), {&view, 1},
+                        ppve::ReconstructionOptions::of_complete_picture(), {&frame, 1});
     const render::ImageDifference d = judge.compare(view, frame);
     result["rest_psnr_db"] = d.psnr_db;
     result["rest_holes"] = d.holes;
@@ -318,6 +320,7 @@ Json draw(const Options& options, ppve::Sampler& sampler) {
     render::Frame frames[2];
     ppve::ReconstructionOptions look;
     look.scale = options.scale, look.velocity = options.velocity, look.most_points = uint64_t(options.points);
+    look.closes_gaps = !options.leaves_gaps;
     std::vector<double> ms;
     std::vector<ppve::ReconstructionCounts> counts;
     for (int64_t run = -2; run < options.runs; ++run) {
@@ -412,6 +415,7 @@ int main(int argc, char** argv) {
     program.options.add_option("--points", o.points, "Budget an eye");
     program.options.add_option("--runs", o.runs, "To be timed");
     program.options.add_flag("--no-prediction", o.no_prediction, "Ask for where the eye is");
+    program.options.add_flag("--gaps", o.leaves_gaps, "Between splats are left open");
     program.options.add_flag("--normals", o.with_normals, "And light by the client");
     program.add_numbers("--screen", o.screen, "W,H", "The client's resolution");
     program.add_numbers("--size", o.size, "W,H", "The server's resolution");
