@@ -4,7 +4,7 @@ needs systemd-analyze systemd-socket-activate python3
 mkdir -p units bin cache
 chmod 700 cache
 cp "$QS_SOURCE/share/systemd/qs-fetch.socket" units/
-sed "s|@CMAKE_INSTALL_FULL_BINDIR@|$(dirname "$(command -v qs-fetch)")|" "$QS_SOURCE/share/systemd/qs-fetch.service.in" > units/qs-fetch.service
+sed "s|@BINDIR@|$(dirname "$(command -v qs-fetch)")|" "$QS_SOURCE/share/systemd/qs-fetch.service.in" > units/qs-fetch.service
 # It may complain about the machine's other units, and about manuals that are not installed yet.
 XDG_RUNTIME_DIR=$PWD systemd-analyze --user --man=no verify ./units/qs-fetch.socket ./units/qs-fetch.service 2>&1 | grep -E 'qs-fetch|Failed'
 make_file model.qs 100000
