@@ -176,7 +176,7 @@ void run(const Options& o) {
         broken.insert(broken.end(), sentences.begin(), sentences.end());
     }
     report.commit();
-    if (!pictures.empty())
+    if (!pictures.empty() && !report.is_standard_output())
         core::print(o.json ? summary(pictures, broken).dump(2) + "\n" : render::to_text(pictures));
     for (const std::string& sentence : broken) core::fail(sentence);
 }

@@ -45,6 +45,9 @@ fetch::Connection connect(const Arguments& a, Start start) {
 }
 
 void serve(Arguments& a) {
+    constexpr uint64_t kLeast = uint64_t{1} << 20;
+    if (a.daemon.limit_bytes < kLeast)
+        throw core::UsageError("--limit: less than 1M holds no picture's blocks; it must be at least 1M");
     a.daemon.folder = a.folder;
     a.daemon.most_clients = size_t(a.clients);
     a.daemon.downloads = {.most_retries = unsigned(a.retries), .max_age_s = a.max_age_ms / 1000};

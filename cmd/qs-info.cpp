@@ -79,8 +79,15 @@ std::string describe(core::InputFile file, const Options& o, core::Report& repor
     return o.json ? json.dump() + "\n" : splat::to_text(info);
 }
 
+// Of what is read from a pipe, see core::InputFile.  Progressive meshes and models of the original program end where
+// they end.
+uint64_t size_limit(std::span<const std::byte> head, const std::string& name) {
+    if (mesh::is_qsplat({head, name}) || pm::is_model(head)) return UINT64_MAX;
+    return splat::file_bytes(head, name);
+}
+
 std::string inspect(const std::string& path, const Options& o, core::Report& report) {
-    core::InputFile file(path);
+    core::InputFile file(path, size_limit);
     if (is_qsplat(file)) return inspect_qsplat(file, o, report);
     if (pm::is_model(file.bytes())) return inspect_mesh(std::move(file), o, report);
     return o.verify ? verify(std::move(file), o, report) : describe(std::move(file), o, report);
@@ -98,7 +105,7 @@ void cut(const std::string& path, const Options& o, core::Report& report) {
     core::refuse_binary_to_terminal(!o.output.empty());
     const std::string output = o.output.empty() ? "-" : o.output;
     if (core::same_file(path, output)) throw core::UsageError(output + ": is input and output at once");
-    core::InputFile file(path);
+    core::InputFile file(path, size_limit);
     const std::string name = file.name();
     if (pm::is_model(file.bytes()))
         throw core::UsageError(name + ": is a progressive mesh, which pm-build --level takes resolutions out of");
@@ -116,7 +123,7 @@ void inspect_all(const Options& o, core::Report& report) {
         try {
             const std::string text = inspect(path, o, report);
             const bool are_apart = has_printed && !o.json && !o.verify;
-            core::print(are_apart ? "\n" + text : text);
+            if (!report.is_standard_output()) core::print(are_apart ? "\n" + text : text);
             has_printed = true;
         } catch (const core::Error& error) {
             core::fail(error.what());

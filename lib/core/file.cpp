@@ -67,7 +67,8 @@ void install_signal_handlers() {
         for (int signal : kFatalSignals) {
             struct sigaction before = {};
             sigaction(signal, nullptr, &before);
-            if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // keep nohup's choice
+            // nohup's choice is kept, and that of a server, which ends by itself and tidies up.
+            if (before.sa_handler == SIG_DFL) sigaction(signal, &action, nullptr);
         }
         return true;
     }();
@@ -211,10 +212,17 @@ struct Contents {
     size_t size = 0;
 };
 
-Contents read_to_end(int fd, const std::string& name) {
+Contents read_to_end(int fd, const std::string& name, const InputFile::SizeLimit& limit) {
+    constexpr size_t kHead = 4096;  // as file.h says
     std::unique_ptr<std::byte, decltype(&std::free)> buffer(nullptr, &std::free);
     size_t size = 0, capacity = 0;
-    for (;;) {
+    uint64_t most = UINT64_MAX;
+    bool is_limited = !limit;
+    const auto ask_limit = [&] {
+        is_limited = true;
+        most = limit({buffer.get(), std::min(size, kHead)}, name);
+    };
+    while (size <= most) {
         if (size == capacity) {
             const size_t larger = capacity ? 2 * capacity : size_t{1} << 16;
             auto* moved = static_cast<std::byte*>(std::realloc(buffer.get(), larger));
@@ -230,7 +238,9 @@ Contents read_to_end(int fd, const std::string& name) {
             fail_with_errno(name, "cannot read");
         }
         size += static_cast<size_t>(count);
+        if (!is_limited && size >= kHead) ask_limit();
     }
+    if (!is_limited) ask_limit();
     return {buffer.release(), size};
 }
 
@@ -265,7 +275,11 @@ int open_input(const std::string& path) {
 InputFile::InputFile(const std::string& path)
     : InputFile(Descriptor(open_input(path)).get(), path == "-" ? "standard input" : path) {}
 
-InputFile::InputFile(int fd, std::string name) : state_(std::make_unique<State>()), name_(std::move(name)) {
+InputFile::InputFile(const std::string& path, const SizeLimit& limit)
+    : InputFile(Descriptor(open_input(path)).get(), path == "-" ? "standard input" : path, limit) {}
+
+InputFile::InputFile(int fd, std::string name, const SizeLimit& limit)
+    : state_(std::make_unique<State>()), name_(std::move(name)) {
     if (fd < 0) fail_with_errno(name_, "cannot open");
     struct stat status = {};
     if (::fstat(fd, &status) != 0) fail_with_errno(name_, "cannot read");
@@ -281,7 +295,7 @@ InputFile::InputFile(int fd, std::string name) : state_(std::make_unique<State>(
         }
     }
     if (!state_->mapped) {
-        const Contents contents = read_to_end(fd, name_);
+        const Contents contents = read_to_end(fd, name_, limit);
         state_->data = contents.data;
         state_->size = contents.size;
     }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,6 +18,11 @@ namespace core {
 class InputFile {
   public:
     explicit InputFile(const std::string& path);
+    // How many bytes there can be at most, told from the first 4 KiB, or all where there are fewer.  Throws Error
+    // for what is none of the caller's files.
+    using SizeLimit = std::function<uint64_t(std::span<const std::byte> head, const std::string& name)>;
+    // A pipe is read little further than that, so that an endless one ends.
+    InputFile(const std::string& path, const SizeLimit& limit);
     ~InputFile();
     InputFile(InputFile&&) noexcept;
     InputFile& operator=(InputFile&&) noexcept;
@@ -30,7 +36,7 @@ class InputFile {
 
   private:
     friend class OutputFile;
-    InputFile(int fd, std::string name);
+    InputFile(int fd, std::string name, const SizeLimit& limit = {});
 
     struct State;
     std::unique_ptr<State> state_;

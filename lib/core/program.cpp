@@ -598,6 +598,10 @@ bool Report::is_wanted() const {
     return state_ != nullptr;
 }
 
+bool Report::is_standard_output() const {
+    return state_ && settings.report == "-";
+}
+
 void Report::write(const Json& line) {
     // Numbers that are not finite become null; a name that is not UTF-8 keeps what can be shown.
     if (state_) state_->file.write(line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");

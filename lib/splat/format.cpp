@@ -119,6 +119,14 @@ bool begins_with(std::span<const std::byte> bytes, const char (&magic)[8]) {
 bool is_model(std::span<const std::byte> bytes) { return begins_with(bytes, kMagic) || is_coded(bytes); }
 bool is_coded(std::span<const std::byte> bytes) { return begins_with(bytes, kCodedMagic); }
 
+uint64_t file_bytes(std::span<const std::byte> head, const std::string& name) {
+    const Header header = parse_header(head, name);
+    if (!is_coded(head)) return header.plain_bytes();
+    uint64_t bytes;
+    std::memcpy(&bytes, head.data() + kCodedFileSizeAt, sizeof(bytes));
+    return bytes;
+}
+
 Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     if (is_coded(bytes)) {
         if (bytes.size() < kCodedHeaderSize + kHeaderSize)
@@ -144,7 +152,8 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
         refuse(name, core::text("checksum %016llx, stored is %016llx", static_cast<unsigned long long>(found),
                                 static_cast<unsigned long long>(sum)));
     if (const auto at = r.take<uint32_t>(); at != kBlocksAt)
-        refuse(name, core::text("blocks from byte %u on, version %u has them from %zu on", at, version, kBlocksAt));
+        refuse(name, core::text("blocks from byte %u on, version %u has them from %zu on; build the model again with qs-build",
+                                at, version, kBlocksAt));
     Header h;
     h.block_size = r.take<uint32_t>();
     h.flags = r.take<uint32_t>();

@@ -26,6 +26,7 @@ constexpr uint32_t kVersion = 2;  // the newest; files without triangles are of 
 constexpr char kCodedMagic[8] = {'q', 's', '-', 'c', 'o', 'd', 'e', 'd'};  // compressed: coded_file.h
 constexpr uint32_t kCodedVersion = 1;
 constexpr size_t kCodedHeaderSize = 24;  // then the header of the plain file
+constexpr size_t kCodedFileSizeAt = 16;
 constexpr size_t kHeaderSize = 256;
 constexpr size_t kBlocksAt = 1024;  // then zeros, so that a block of 1 KiB is one of qs-fetch's cache, not parts of two
 constexpr int kMaxLatticeBits = 30;
@@ -97,6 +98,8 @@ constexpr size_t kTriangleBlockHeader = sizeof(uint32_t);
 std::array<std::byte, kHeaderSize> encode_header(const Header& header);
 Header parse_header(std::span<const std::byte> bytes, const std::string& name);
 constexpr std::array<std::byte, kBlocksAt - kHeaderSize> kGap{};  // between the header and block 0
+// How long the file is that begins so: core::InputFile::SizeLimit.  Throws as parse_header.
+uint64_t file_bytes(std::span<const std::byte> head, const std::string& name);
 bool is_model(std::span<const std::byte> bytes);  // by the magic alone, plain or compressed
 bool is_coded(std::span<const std::byte> bytes);  // compressed, likewise
 

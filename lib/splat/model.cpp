@@ -7,7 +7,7 @@
 
 namespace splat {
 
-Model::Model(const std::string& path) : Model(core::InputFile(path)) {}
+Model::Model(const std::string& path) : Model(core::InputFile(path, file_bytes)) {}
 
 namespace {
 

@@ -9,6 +9,7 @@ mkdir open && chmod 755 open
 qs-fetch serve --cache open
 touch file
 qs-fetch serve --cache file
+qs-fetch serve --cache other --limit 0
 fetch get "$url" -o got && same got www/model.qs "the first daemon"
 rm -rf cache
 qs-fetch status --cache cache

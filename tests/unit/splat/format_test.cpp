@@ -115,7 +115,7 @@ TEST(QsHeader, RefusesBlocksElsewhere) {
     Bytes bytes = some_bytes();
     bytes[13] = std::byte{1};
     repair_header(bytes);
-    EXPECT_EQ(refusal(bytes), "m.qs: header: blocks from byte 256 on, version 1 has them from 1024 on");
+    EXPECT_EQ(refusal(bytes), "m.qs: header: blocks from byte 256 on, version 1 has them from 1024 on; build the model again with qs-build");
 }
 
 TEST(QsHeader, RefusesAGapThatIsNotEmptyAsFarAsItIsThere) {
