@@ -3,13 +3,16 @@
 
 #include <signal.h>
 
+#include <array>
+
 #include "core/descriptor.h"
 #include "net/event_loop.h"
 
 namespace net {
 
-// From its making to its end the two signals are blocked in the calling thread, and in those that it starts
-// then; `loop` outlives it.
+// From its making to its end, whichever thread the system gives the signals to: those that were started
+// before, as the ones that share out loops, let them through.  One at a time in a process; `loop` outlives
+// it.
 class StopSignals {
   public:
     explicit StopSignals(EventLoop& loop);
@@ -18,9 +21,11 @@ class StopSignals {
     StopSignals& operator=(const StopSignals&) = delete;
 
   private:
+    static constexpr std::array kSignals{SIGTERM, SIGINT};
+
     EventLoop& loop_;
-    core::Descriptor signals_;
-    sigset_t before_ = {};
+    core::Descriptor asked_;  // an eventfd, written by the handler
+    std::array<struct sigaction, kSignals.size()> before_ = {};
 };
 
 }  // namespace net

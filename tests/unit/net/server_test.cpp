@@ -52,6 +52,18 @@ class Echo : public net::Session {
     net::Connection& connection_;
 };
 
+// The system may give a signal to any thread; those that were there before the server let it through.
+TEST(StopSignals, ReachTheLoopFromThreadsThatWereThereBefore) {
+    std::promise<void> over;
+    std::thread earlier([until = over.get_future()] { until.wait(); });
+    net::EventLoop loop;
+    const net::StopSignals stop(loop);
+    ::pthread_kill(earlier.native_handle(), SIGTERM);
+    loop.run();  // else the signal has ended the program
+    over.set_value();
+    earlier.join();
+}
+
 class Serving : public ::testing::Test {
   protected:
     void serve(net::ServerLimits limits = {}, const std::string& where = "127.0.0.1:0") {
