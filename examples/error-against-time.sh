@@ -1,15 +1,15 @@
 #!/bin/bash
 # What a smaller error costs: draws the same path at falling thresholds and prints, for each, the median
 # over the frames.  With a reference mesh the table has the measured error too.
-#     examples/error-against-time.sh scan.qs [scan.ply]
+#     examples/error-against-time.sh scan.qs [scan.ply [FRAMES]]
 set -euo pipefail
-[ $# -ge 1 ] && [ $# -le 2 ] || { echo "usage: error-against-time.sh MODEL [REFERENCE]" >&2; exit 2; }
+[ $# -ge 1 ] && [ $# -le 3 ] || { echo "usage: error-against-time.sh MODEL [REFERENCE [FRAMES]]" >&2; exit 2; }
 model=$1
 reference=(${2:+--reference "$2"})
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-qs-path dolly "$model" --frames 24 >"$work/dolly.jsonl"
+qs-path dolly "$model" --frames "${3:-24}" >"$work/dolly.jsonl"
 for threshold in 8 4 2 1 0.5; do
     qs-render "$model" --path "$work/dolly.jsonl" --threshold $threshold "${reference[@]}" \
         --format rgb -o - --report "$work/$threshold.jsonl" >/dev/null
