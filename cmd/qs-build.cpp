@@ -60,6 +60,11 @@ core::Json report_of(const std::string& input, const mesh::ReadCounts& read, con
     stages["read"] = read_ms;
     for (const auto& [stage, ms] : r.stage_ms) stages[stage] = ms;
     json["ms"] = stages;
+    const splat::EncodeTimes& encode = r.fit.ms;
+    json["encode_processor_ms"] = {{"surface", encode.surface},
+                                   {"fit", encode.fit},
+                                   {"leaf_errors", encode.leaf_errors},
+                                   {"inner_errors", encode.inner_errors}};
     return json;
 }
 

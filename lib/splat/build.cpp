@@ -524,9 +524,11 @@ class Builder {
             if (has_triangles()) {
                 const TriangleSubtree in{s,       subtree_begin_[s], subtree_end(s),
                                          points_, &*neighbours_,     mesh_.colours};
-                model_.subtrees[s] =
-                    encode_triangles(gather_triangles(in, triangles_, boundary_[s], counts[s].open_fans),
-                                     gap_sides_[s], !mesh_.colours.empty(), subtree_parent_[s], counts[s]);
+                core::ProcessorWatch watch;
+                Surface surface = gather_triangles(in, triangles_, boundary_[s], counts[s].open_fans);
+                counts[s].ms.surface = watch.lap_ms();
+                model_.subtrees[s] = encode_triangles(std::move(surface), !mesh_.colours.empty(),
+                                                      subtree_parent_[s], counts[s]);
                 return;
             }
             SubtreeInput in;

@@ -4,6 +4,7 @@
 #include <span>
 #include <tuple>
 
+#include "core/stopwatch.h"
 #include "splat/errors.h"
 
 namespace splat {
@@ -22,6 +23,7 @@ void FitCounts::add(const FitCounts& o) {
     leaf_inflation += o.leaf_inflation, inner_inflation += o.inner_inflation;
     worst_leaf_inflation = std::max(worst_leaf_inflation, o.worst_leaf_inflation);
     open_fans += o.open_fans;
+    ms.add(o.ms);
 }
 
 void FitCounts::count(const GroupFit& fit, size_t k, bool is_leaf) {
@@ -58,11 +60,14 @@ class SubtreeEncoder {
         : counts_(counts), gap_sides_(gap_sides), has_colour_(has_colour), surface_(std::move(surface)) {}
 
     CodedTree run(const Node& parent, std::vector<glm::u32vec2>& boundary) {
+        core::ProcessorWatch watch;
         make_hulls();
         encode_nodes(parent);
         leaf_of_.reserve(runs_.size());
         for (const Run& run : runs_) leaf_of_.push_back(run.begin);
-        set_errors(tree_, surface_, leaf_of_);
+        counts_.ms.fit = watch.lap_ms();
+        counts_.ms.leaf_errors = set_errors(tree_, surface_, leaf_of_);
+        counts_.ms.inner_errors = watch.lap_ms() - counts_.ms.leaf_errors;
         for (uint32_t i = 0; i < surface_.count; ++i)
             if (!surface_.is_closed[i] && surface_.valence(i) > 0) note_boundary(i, boundary);
         if (surface_.has_triangles()) {
@@ -295,7 +300,10 @@ class SubtreeEncoder {
 
 CodedTree encode_subtree(const SubtreeInput& input, std::span<const GapSide> gap_sides, const Node& parent,
                          FitCounts& counts, std::vector<glm::u32vec2>& boundary) {
-    return SubtreeEncoder(gather_surface(input), gap_sides, !input.colours.empty(), counts).run(parent, boundary);
+    core::ProcessorWatch watch;
+    Surface surface = gather_surface(input);
+    counts.ms.surface = watch.lap_ms();
+    return SubtreeEncoder(std::move(surface), gap_sides, !input.colours.empty(), counts).run(parent, boundary);
 }
 
 CodedTree encode_triangles(Surface&& surface, std::span<const GapSide> gap_sides, bool has_colour,

@@ -35,6 +35,14 @@ struct CodedTree {
     void add(const GroupFit& fit, size_t k, glm::u8vec3 colour, const Node& parent);
 };
 
+// Processor time of the parts of encoding, milliseconds, all threads together.
+struct EncodeTimes {
+    double surface = 0, fit = 0, leaf_errors = 0, inner_errors = 0;
+    void add(const EncodeTimes& o) {
+        surface += o.surface, fit += o.fit, leaf_errors += o.leaf_errors, inner_errors += o.inner_errors;
+    }
+};
+
 // How well the codes fit, for reports and benchmarks.
 struct FitCounts {
     uint64_t inserted = 0;        // one-child nodes between a large parent and a small child
@@ -42,6 +50,7 @@ struct FitCounts {
     double leaf_inflation = 0, inner_inflation = 0;  // sums of decoded / needed radius
     float worst_leaf_inflation = 0;
     uint64_t open_fans = 0;       // leaves whose faces do not go once round: their error is that to their own faces
+    EncodeTimes ms;
     void add(const FitCounts& o);
     void count(const GroupFit& fit, size_t k, bool is_leaf);
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/stopwatch.h"
 #include "splat/disc.h"
 
 namespace splat {
@@ -35,14 +36,17 @@ class ErrorSetter {
     ErrorSetter(CodedTree& tree, Surface& surface, std::span<const uint32_t> leaf_of)
         : tree_(tree), surface_(surface), leaf_of_(leaf_of) {}
 
-    void run() {
+    double run() {
         gather_spheres();
         find_neighbours();
+        core::ProcessorWatch watch;
         set_leaf_errors();
+        const double leaf_ms = watch.lap_ms();
         for (uint32_t node = uint32_t(tree_.size()); node-- > 0;)
             if (!is_leaf(node)) tree_.decoded[node].error = inner_error(node);
         for (uint32_t node = uint32_t(tree_.size()); node-- > 0;)
             set_error(tree_, node, tree_.decoded[node].error);
+        return leaf_ms;
     }
 
   private:
@@ -173,8 +177,8 @@ class ErrorSetter {
 
 }  // namespace
 
-void set_errors(CodedTree& tree, Surface& surface, std::span<const uint32_t> leaf_of) {
-    ErrorSetter(tree, surface, leaf_of).run();
+double set_errors(CodedTree& tree, Surface& surface, std::span<const uint32_t> leaf_of) {
+    return ErrorSetter(tree, surface, leaf_of).run();
 }
 
 }  // namespace splat
