@@ -116,8 +116,7 @@ void add_options(core::Program& program, Arguments& a) {
         ->check(core::one_of({"raster", "egl", "osmesa", "embree"}))
         ->type_name("NAME")
         ->default_str("raster");
-    program.add_number("--iso", a.sampler.iso, -1e30, 1e30, "the volume's values",
-                       "Of a volume: value of the surface");
+    program.add_number("--iso", a.sampler.iso, -1e30, 1e30, "value", "Of a volume: value of the surface");
     program.options
         .add_option("--listen", a.listen,
                     "Serve clients at HOST:PORT or a Unix socket, not on standard input and output")

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/stopwatch.h"
+#include "net/frame_stream.h"
 #include "ppve/eye_track.h"
 #include "ppve/point_cache.h"
 
@@ -27,7 +28,8 @@ double seconds_since(Clock::time_point start) {
 
 constexpr double kPoll = 0.05;  // seconds after which a thread that waits for messages looks up
 constexpr double kFirstPause = 0.25, kLongestPause = 4;  // before connecting again
-constexpr int kMostFailures = 3;                         // in a row, where somebody waits
+// In a row, where somebody waits; of a server that has never welcomed us the first one is final.
+constexpr int kMostFailures = 3;
 
 bool is_same(const geom::Camera& a, const geom::Camera& b) {
     return a.eye == b.eye && a.target == b.target && a.up == b.up && a.fovy_deg == b.fovy_deg;
@@ -37,7 +39,7 @@ bool is_same(const geom::Camera& a, const geom::Camera& b) {
 struct Wish {
     Frustum frustum;
     bool is_at_rest = false;
-    uint64_t rest = 0;  // of which rest it is, and of which eye
+    uint64_t rest = 0;  // of which rest it is, and of which eye; beyond the last: what surrounds the picture
     size_t eye = 0;
 };
 
@@ -57,6 +59,9 @@ struct Client::State {
 
     // Of the thread that draws.
     void look(const Gaze& gaze);
+    bool is_hopeless_locked() const {
+        return failures_in_a_row >= (counts.connections == 0 ? 1 : kMostFailures);
+    }
     bool is_settled_locked() const {
         return settled_eyes >= gaze.eyes.size() && settled_rest == rest && has_gaze;
     }
@@ -121,12 +126,16 @@ void Client::State::look(const Gaze& seen) {
     woken.notify_all();
 }
 
-// Moving: ahead of the eye, each look once.  At rest: each eye's own picture, once.
+// Moving: ahead of the eye, each look once.  At rest: each eye's own picture, once, and what surrounds it.
 std::optional<Wish> Client::State::next_wish_locked(uint64_t most_pixels) {
     if (!has_gaze || !refusal.empty()) return std::nullopt;
     const bool is_at_rest = gaze.is_still || track.still_s() >= options.rest_s;
     if (is_at_rest) {
         const size_t eye = settled_rest == rest ? settled_eyes : 0;
+        if (eye == gaze.eyes.size() && !gaze.is_still && options.predicts)
+            return Wish{frustum_for(gaze.camera, field_of(gaze.camera, gaze.eyes), options.width,
+                                    options.height, kSurroundings, most_pixels),
+                        true, rest, eye};
         if (eye >= gaze.eyes.size()) return std::nullopt;
         Frustum frustum{gaze.eyes[eye], Projection::perspective};
         frustum.view.near.reset(), frustum.view.far.reset();
@@ -164,12 +173,25 @@ std::optional<Wish> Client::State::wait_for_wish(const Link& link, uint64_t most
     return std::nullopt;
 }
 
+// Empty where none comes soon.
+std::optional<Message> first_message_of(Link& link) {
+    try {
+        const std::vector<std::byte> bytes = link.receive(kPoll);
+        if (bytes.empty()) return std::nullopt;
+        return parse(bytes, "server");
+    } catch (const net::ConnectionLost&) {
+        throw;
+    } catch (const core::Error& error) {
+        throw core::Error(std::string("server: does not speak as ppve-sample does: ") + error.what());
+    }
+}
+
 Welcome Client::State::welcome_from(Link& link) {
     const auto start = Clock::now();
     while (seconds_since(start) < options.answer_timeout_s && !stops()) {
-        const std::vector<std::byte> bytes = link.receive(kPoll);
-        if (bytes.empty()) continue;
-        Message message = parse(bytes, "server");
+        std::optional<Message> first = first_message_of(link);
+        if (!first) continue;
+        Message& message = *first;
         if (const auto* refusal_sent = std::get_if<Refusal>(&message))
             throw core::Error(refusal_sent->reason);
         if (auto* welcome = std::get_if<Welcome>(&message)) {
@@ -355,15 +377,15 @@ void Client::wait_until_settled() {
     std::unique_lock lock(state_->mutex);
     state_->changed.wait(lock, [&] {
         return state_->is_settled_locked() || state_->is_over || !state_->refusal.empty() ||
-               state_->failures_in_a_row >= kMostFailures;
+               state_->is_hopeless_locked();
     });
     if (!state_->refusal.empty()) throw core::Error("server: " + state_->refusal);
-    if (state_->failures_in_a_row >= kMostFailures) throw core::Error(state_->counts.failure);
+    if (state_->is_hopeless_locked()) throw core::Error(state_->counts.failure);
 }
 
 Box Client::wait_for_bounds() {
     std::unique_lock lock(state_->mutex);
-    state_->changed.wait(lock, [&] { return state_->bounds || state_->failures_in_a_row >= kMostFailures; });
+    state_->changed.wait(lock, [&] { return state_->bounds || state_->is_hopeless_locked(); });
     if (!state_->bounds) throw core::Error(state_->counts.failure);
     return *state_->bounds;
 }

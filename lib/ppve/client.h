@@ -75,7 +75,7 @@ class Client {
     ClientCounts counts() const;
 
     // For pictures that are to be complete: waits until is_settled(), or a recorded session is over.  Throws
-    // core::Error where the server refuses, or three connections in a row have failed.
+    // core::Error where the server refuses, the first connection has failed, or later three in a row.
     void wait_until_settled();
     // Waits for the scene's box, which the server says first.  Throws likewise.
     Box wait_for_bounds();

@@ -6,7 +6,7 @@
 // with an epsilon below the slope of a pixel half of all points are duplicates.  The default here:
 //   - epsilon is the sample's footprint and its slope, the change of depth to the next pixel;
 //   - points with a footprint above rho = 1.4 of the new ones' do not count;
-//   - a sample goes where footprints of cached points, squares about them, overlap three fifths of its pixel,
+//   - a sample goes where footprints of cached points, squares about them, overlap half of its pixel,
 //     and one of them is drawn there: so a surface that was sampled all over stays known from all sides,
 //     though many a pixel has no point's middle in it, and one point of a close-up does not stand for a far
 //     view's pixel;

@@ -35,6 +35,10 @@ class EyeTrack {
     double still_since_s_ = 0;
 };
 
+// Radians beside a picture that are asked for, too, once it is complete: an eye that sets off is ahead of the
+// first answers, whose requests could not foretell that.
+constexpr double kSurroundings = 0.1;
+
 // How long a request takes, from asking to seeing.
 class Latency {
   public:

@@ -72,6 +72,19 @@ class Child {
         if (error != 0) throw core::Error(text("%s: %s", command.c_str(), std::strerror(error)));
     }
     Child(Child&& other) noexcept : pid_(std::exchange(other.pid_, 0)) {}
+    // How it ended, which it is about to do or has done; empty where it does not.
+    std::string ending() {
+        for (int k = 0; k < 100 && pid_ > 0; ++k) {
+            int status = 0;
+            if (waitpid(pid_, &status, WNOHANG) == pid_) {
+                pid_ = 0;
+                return WIFEXITED(status) ? text("; the command ended with status %d", WEXITSTATUS(status))
+                                         : text("; the command ended by signal %d", WTERMSIG(status));
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        return {};
+    }
     // Its pipes have been closed.
     ~Child() {
         if (pid_ <= 0) return;
@@ -95,7 +108,13 @@ class CommandLink : public Link {
     void send(std::span<const std::byte> message, double timeout_s) override {
         link_->send(message, timeout_s);
     }
-    std::vector<std::byte> receive(double timeout_s) override { return link_->receive(timeout_s); }
+    std::vector<std::byte> receive(double timeout_s) override {
+        try {
+            return link_->receive(timeout_s);
+        } catch (const net::ConnectionLost& lost) {
+            throw net::ConnectionLost(lost.what() + child_.ending());
+        }
+    }
 
   private:
     Child child_;  // destroyed after the pipes to it

@@ -79,7 +79,7 @@ SECTIONS = [
     ("Remote points",
      "What qs-render makes of such a server, 2560x1600: the bytes of updates against whole frames, how wrong frames are while "
      "the eye moves on and when it rests, and the time of drawing.",
-     [], ["point-traffic", "point-views", "point-drawing"]),
+     ["points-in-motion"], ["point-traffic", "point-views", "point-drawing", "point-session"]),
     ("Whole programs", "From start to end, with writing.", [], ["programs", "steadiness"]),
     ("Yardsticks", "What the figures stand beside.", [], ["yardsticks", "bandwidth"]),
     ("Stiff and extreme cases",

@@ -5,6 +5,7 @@
 //   leaves
 //   --what motion    frames along the path while updates arrive at --rate: PSNR and holes against the mesh
 //   --what draw      the model after an update at each camera: time of drawing it, stereo, 2560x1600
+//   --what session   --updates of small images on the path, again and again: what server and client keep
 //   --what splatter  the same points as squares of lib/render's splatter
 #include <algorithm>
 #include <chrono>
@@ -25,6 +26,7 @@
 #include "ppve/eye_track.h"
 #include "ppve/point_cache.h"
 #include "ppve/raster_sampler.h"
+#include "ppve/session.h"
 #include "render/compare.h"
 #include "render/raster.h"
 #include "render/splatter.h"
@@ -39,7 +41,7 @@ struct Options {
     std::array<double, 2> screen{1280, 800}, size{640, 400};
     bool no_prediction = false, leaves_gaps = false, with_normals = false;
     double bound_px = 0.01, points = 4e6;
-    int64_t runs = 10;
+    int64_t runs = 10, updates = 10'000;
 };
 
 ppve::Elimination elimination_of(const std::string& word) {
@@ -49,9 +51,9 @@ ppve::Elimination elimination_of(const std::string& word) {
 }
 
 // The server, and the client's cache; an update goes from one to the other at once.
-class Session {
+class Updates {
   public:
-    Session(ppve::Sampler& sampler, const Options& options)
+    Updates(ppve::Sampler& sampler, const Options& options)
         : sampler_(sampler), options_(options), tree_(shape_around(sampler.bounds())), cache(tree_.shape()) {
         const ppve::Box box = sampler.bounds();
         rule_.kind = elimination_of(options.eliminate);
@@ -85,7 +87,6 @@ class Session {
         take_in_ms += watch.lap_ms();
         bytes += answer.image.size() + answer.replaced.size();
         list_bytes += answer.replaced.size();
-        if (updates == 1) first_bytes = bytes;
         whole_bytes += whole;
         if (updates > 1) {
             samples += eliminated.counts.samples, kept += eliminated.counts.kept;
@@ -176,7 +177,7 @@ std::pair<double, double> leftovers(const ppve::Octree& tree) {
 }
 
 Json traffic(const Options& options, ppve::Sampler& sampler) {
-    Session session(sampler, options);
+    Updates session(sampler, options);
     for (const geom::Camera& camera : path_of(options)) session.update(frustum_of(camera, options.size));
     const auto [duplicates, coarse] = leftovers(session.cache.tree());
     const double updates = double(session.updates);
@@ -234,7 +235,7 @@ struct Judge {
 
 // An answer is there one period after its request, when the next request goes out.
 Json motion(const Options& options, ppve::Sampler& sampler, const mesh::Mesh& mesh) {
-    Session session(sampler, options);
+    Updates session(sampler, options);
     Judge judge(mesh);
     ppve::Reconstruction reconstruction;
     const std::vector<geom::Camera> path = path_of(options);
@@ -253,8 +254,15 @@ Json motion(const Options& options, ppve::Sampler& sampler, const mesh::Mesh& me
         return ppve::frustum_for(camera, ppve::field_of(camera, {&eye, 1}), int(options.size[0]),
                                  int(options.size[1]), margin, 1u << 25);
     };
-    // The first picture is complete when the eye sets off.
+    // The first picture is complete when the eye sets off, and its surroundings are there.
     session.update(frustum_of(path.front(), options.screen));
+    if (!options.no_prediction) {
+        const geom::View eye = geom::make_view(path.front(), int(options.screen[0]), int(options.screen[1]));
+        session.update(ppve::frustum_for(path.front(), ppve::field_of(path.front(), {&eye, 1}),
+                                         int(options.size[0]), int(options.size[1]), ppve::kSurroundings,
+                                         1u << 25));
+    }
+    session.first_bytes = session.bytes;
     ppve::Frustum asked = request(0);
     double next_answer = period, psnr_sum = 0, psnr_least = 1000, empty_sum = 0, empty_most = 0;
     uint64_t frames = 0;
@@ -301,6 +309,38 @@ Json motion(const Options& options, ppve::Sampler& sampler, const mesh::Mesh& me
     return result;
 }
 
+// Limits: --points at the server, 64 bytes for each of them at the client.
+Json long_session(const Options& options, ppve::Sampler& sampler) {
+    const std::vector<geom::Camera> path = path_of(options);
+    const uint64_t most_points = uint64_t(options.points), most_bytes = 64 * most_points;
+    ppve::Session server(sampler, "session", {.most_points = most_points});
+    ppve::PointCache client(shape_around(sampler.bounds()));
+    uint64_t kept_most = 0, bytes_most = 0, tree_bytes_most = 0, evicted = 0, deleted = 0, out_of_step = 0;
+    core::Stopwatch watch;
+    for (uint64_t id = 1; id <= uint64_t(options.updates); ++id) {
+        const geom::Camera camera =
+            camera_at(path, path.back().time_s * std::fmod(0.6180339887 * double(id), 1));
+        ppve::Request request;
+        request.id = id;
+        request.frustum = frustum_of(camera, options.size);
+        request.last_answer = client.last_answer(), request.octree_checksum = client.tree().checksum();
+        request.deletions = client.obsolete(double(id), 1e9, most_bytes);
+        server.take(request);
+        ppve::AnswerReport report;
+        const auto answer = std::get<ppve::Answer>(ppve::parse(server.answer(report), "server"));
+        out_of_step += !client.take_in(answer, double(id)).is_in_step;
+        evicted += report.evicted, deleted += report.deleted;
+        kept_most = std::max(kept_most, server.tree().points());
+        tree_bytes_most = std::max(tree_bytes_most, server.tree().bytes());
+        bytes_most = std::max(bytes_most, client.bytes());
+    }
+    return {{"updates", options.updates},       {"server_points_limit", most_points},
+            {"server_points_most", kept_most},  {"server_bytes_most", tree_bytes_most},
+            {"client_bytes_limit", most_bytes}, {"client_bytes_most", bytes_most},
+            {"evicted_by_server", evicted},     {"deleted_by_client", deleted},
+            {"out_of_step", out_of_step},       {"s", watch.lap_ms() / 1000}};
+}
+
 Json times_of(std::vector<double> ms) {
     std::sort(ms.begin(), ms.end());
     return {{"min", ms.front()},
@@ -309,7 +349,7 @@ Json times_of(std::vector<double> ms) {
 }
 
 Json draw(const Options& options, ppve::Sampler& sampler) {
-    Session session(sampler, options);
+    Updates session(sampler, options);
     const std::vector<geom::Camera> path = path_of(options);
     for (const geom::Camera& camera : path) session.update(frustum_of(camera, options.size));
     const geom::View middle = geom::make_view(path.back(), int(options.screen[0]), int(options.screen[1]));
@@ -339,7 +379,7 @@ Json draw(const Options& options, ppve::Sampler& sampler) {
 
 // The points of the cache in view as squares of the same extent, in the batches that a cut would make.
 Json splatter(const Options& options, ppve::Sampler& sampler) {
-    Session session(sampler, options);
+    Updates session(sampler, options);
     const std::vector<geom::Camera> path = path_of(options);
     for (const geom::Camera& camera : path) session.update(frustum_of(camera, options.size));
     const geom::View view = geom::make_view(path.back(), int(options.screen[0]), int(options.screen[1]));
@@ -404,7 +444,7 @@ int main(int argc, char** argv) {
     Options o;
     program.options.add_option("MESH", o.mesh, "What the server samples")->required();
     program.options.add_option("--path", o.path, "Camera path")->required();
-    program.options.add_option("--what", o.what, "traffic, motion, draw or splatter");
+    program.options.add_option("--what", o.what, "traffic, motion, draw, session or splatter");
     program.options.add_option("--eliminate", o.eliminate, "filtered, paper or none");
     program.options.add_option("--rate", o.rate, "Updates a second");
     program.options.add_option("--seconds", o.seconds, "Of motion");
@@ -412,7 +452,8 @@ int main(int argc, char** argv) {
     program.options.add_option("--scale", o.scale, "Of splats");
     program.options.add_option("--rule", o.ratio, "Ratio of the rule for coarse patches");
     program.options.add_option("--velocity", o.velocity, "Of the eye");
-    program.options.add_option("--points", o.points, "Budget an eye");
+    program.options.add_option("--points", o.points, "Budget an eye; of a session, the server's limit");
+    program.add_integer("--updates", o.updates, 1, 1'000'000, "Of a session");
     program.options.add_option("--runs", o.runs, "To be timed");
     program.options.add_flag("--no-prediction", o.no_prediction, "Ask for where the eye is");
     program.options.add_flag("--gaps", o.leaves_gaps, "Between splats are left open");
@@ -425,6 +466,7 @@ int main(int argc, char** argv) {
         ppve::RasterSampler sampler{ppve::Clusters(mesh)};
         Json result = o.what == "motion"     ? motion(o, sampler, mesh)
                       : o.what == "draw"     ? draw(o, sampler)
+                      : o.what == "session"  ? long_session(o, sampler)
                       : o.what == "splatter" ? splatter(o, sampler)
                                              : traffic(o, sampler);
         core::print(result.dump() + "\n");

@@ -247,4 +247,25 @@ TEST(Reconstruction, DrawsNothingOfNothing) {
     EXPECT_THROW(drawn({}, view, options), core::UsageError);
 }
 
+TEST(Reconstruction, ClosesGapsWithoutFatterOutlines) {
+    // Seen from aside and nearer, samples of one view leave gaps.
+    const Octree tree = tree_of({test::sample(test::frustum_at({0, 0.5, 4}, {0, 0, 0}, 320, 240))});
+    const PointModel model = model_of(tree);
+    const Frustum aside = test::frustum_at({0.3, 0.6, 3.6}, {0, 0, 0}, 320, 240);
+    const DepthImage exact = test::sample(aside);
+    const auto beside = [&](const render::Frame& frame) {
+        size_t count = 0;
+        for (size_t i = 0; i < exact.pixels(); ++i)
+            count += exact.depth[i] == 0 && std::isfinite(frame.depth[i]);
+        return count;
+    };
+    ReconstructionOptions open = plain(), closed = plain(), larger = plain();
+    closed.closes_gaps = true, larger.scale = 1.5;
+    const render::Frame with_gaps = drawn(model, aside.view, open),
+                        without = drawn(model, aside.view, closed), fat = drawn(model, aside.view, larger);
+    EXPECT_LT(difference(without, exact).empty, 0.4 * difference(with_gaps, exact).empty);
+    EXPECT_GT(difference(without, exact).psnr_db, difference(with_gaps, exact).psnr_db - 0.1);
+    EXPECT_LT(beside(without), beside(with_gaps) + beside(fat) / 20);
+}
+
 }  // namespace

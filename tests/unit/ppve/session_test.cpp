@@ -94,6 +94,25 @@ TEST(Session, BothSidesHoldTheSameOctreeAfterEveryMessage) {
     }
 }
 
+// The bench has ten thousand (point_view_bench --what session).
+TEST(Session, KeepsToItsPointsForAThousandUpdates) {
+    Scene scene;
+    Session session(scene.sampler, "ball", {.most_pixels = 1 << 20, .most_points = 5000});
+    Mirror mirror(session.welcome());
+    std::mt19937_64 random(5);
+    uint64_t most = 0, evicted = 0;
+    for (int k = 0; k < 1000; ++k) {
+        Request request = scene.request(random_eye(random), &mirror);
+        request.frustum = ppve_test::looking_from(random_eye(random), {0, 0, 0}, 32, 24);
+        AnswerReport report;
+        ASSERT_TRUE(mirror.take(answer_of(session, request, &report))) << k;
+        most = std::max(most, session.tree().points());
+        evicted += report.evicted;
+    }
+    EXPECT_LE(most, 5000u);
+    EXPECT_GT(evicted, 20u);
+}
+
 TEST(Session, SendsASecondViewOfTheSameAlmostForNothing) {
     Scene scene;
     Session session(scene.sampler, "ball", {});
