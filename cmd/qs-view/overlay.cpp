@@ -33,11 +33,13 @@ void draw_status(const OverlayContent& content, const ImVec2& size) {
     const bool has_bars = content.refinement < 1 || content.download < 1;
     if (content.status.empty() && content.note.empty() && !has_bars && !content.is_recording) return;
     begin("status", ImVec2(0, size.y), ImVec2(0, 1));
+    ImGui::PushTextWrapPos(size.x - 2 * ImGui::GetStyle().WindowPadding.x);
     if (content.is_recording) ImGui::TextColored(ImVec4(1, 0.4f, 0.3f, 1), "recording");
     if (!content.note.empty()) ImGui::TextUnformatted(content.note.c_str());
     if (content.refinement < 1) draw_bar("refining  ", content.refinement);
     if (content.download < 1) draw_bar("fetching  ", content.download);
     if (!content.status.empty()) ImGui::TextUnformatted(content.status.c_str());
+    ImGui::PopTextWrapPos();
     ImGui::End();
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -46,6 +47,7 @@ Viewer::Viewer(const Arguments& arguments)
       look_(look_of(a_)),
       threshold_px_(a_.threshold_px),
       budget_ms_(a_.budget_ms),
+      record_(a_.record),
       pictures_(0.5),
       fetched_(2),
       shows_status_(!a_.hide_status),
@@ -65,10 +67,12 @@ void Viewer::run() {
         if (!window_.is_iconified()) draw();
         longest_turn_s_ = std::max(longest_turn_s_, Window::time_s() - begin_s);
     }
-    if (recording_) end_recording(a_.record);
+    if (recording_) end_recording();
     session_.reset();
     errands_.finish();
     report();
+    if (!a_.screenshot.empty() && !is_picture_saved_)
+        throw core::Error(a_.screenshot + ": the window was closed before the picture was complete");
 }
 
 void Viewer::report() {
@@ -92,8 +96,10 @@ bool Viewer::is_restless(double now_s) const {
 }
 
 void Viewer::open(const std::vector<std::string>& sources) {
+    if (recording_ && opened_) end_recording();  // which is of what was open
     session_.reset();
     opened_.reset(), picture_.reset();
+    is_failure_told_ = false;
     pictures_ = view::Meter(0.5), fetched_ = view::Meter(2);
     was_final_ = false;
     sources_ = sources;
@@ -120,8 +126,7 @@ void Viewer::take_news() {
     for (const std::string& line : errands_.news()) note(line);
     if (is_picture_saved_) return window_.close();
     if (!session_) return;
-    if (const std::exception_ptr failure = session_->failure(); failure && !has_opened_once_)
-        std::rethrow_exception(failure);
+    if (const std::exception_ptr failure = session_->failure()) take_failure(failure);
     if (!opened_ && (opened_ = session_->opened())) meet(*opened_);
     const std::shared_ptr<const view::Picture> newest = session_->picture();
     if (!newest || newest == picture_) return;
@@ -141,6 +146,13 @@ void Viewer::take_news() {
     }
 }
 
+// Of the command line's sources there is nothing to be seen then; of others the window says it, too.
+void Viewer::take_failure(const std::exception_ptr& failure) {
+    if (!has_opened_once_ || !a_.screenshot.empty()) std::rethrow_exception(failure);
+    if (!is_failure_told_) core::warn(message_of(failure));
+    is_failure_told_ = true;
+}
+
 void Viewer::meet(const view::Opened& opened) {
     core::notice(text("opened %s in %.2f s; drawn by ", session_->name().c_str(), opened.opening_s) +
                  opened.description);
@@ -149,6 +161,8 @@ void Viewer::meet(const view::Opened& opened) {
     navigator_.set_key_light(light);
     const glm::ivec2 size = window_.size_px();
     navigator_.resize(size.x, size.y);
+    if (kept_camera_) navigator_.jump_to(*kept_camera_, Window::time_s());
+    kept_camera_.reset();
     has_opened_once_ = true;
     if (!opened_s_) opened_s_ = Window::time_s();
     if (recording_) recording_.emplace(Window::time_s());
@@ -186,9 +200,9 @@ OverlayContent Viewer::overlay_content(double now_s) {
     content.is_recording = recording_.has_value();
     content.message = message();
     if (now_s < note_until_s_) content.note = note_;
-    content.has_legend = look_.shade == render::Shade::level && shows_status_;
     if (!picture_ || !shows_status_) return content;
     const view::PictureReport& report = picture_->report;
+    content.has_legend = look_.shade == render::Shade::level && report.splats > 0;
     content.status = view::status_line(report, {pictures_.rate(now_s), fetched_.rate(now_s)});
     if (!report.trouble.empty()) content.note = report.trouble;
     if (!navigator_.is_moving(now_s)) content.refinement = report.refinement;
@@ -253,6 +267,7 @@ void Viewer::aim(const glm::dvec2& px) {
 }
 
 void Viewer::dropped(std::vector<std::string> files) {
+    kept_camera_.reset();
     open(files);
 }
 
@@ -263,15 +278,17 @@ void Viewer::toggle_shade(render::Shade shade) {
 }
 
 void Viewer::toggle_recording() {
-    if (recording_) return end_recording("");
+    if (recording_) return end_recording();
     recording_.emplace(Window::time_s());
     note("recording; R ends it");
 }
 
-void Viewer::end_recording(const std::string& name) {
+// The first one into the file that was asked for, if any was.
+void Viewer::end_recording() {
     if (opened_) recording_->end(navigator_.camera(), Window::time_s());
     if (recording_->frames() > 0)
-        errands_.write(name, "jsonl", [recording = *recording_] { return recording.text(); });
+        errands_.write(std::exchange(record_, ""), "jsonl",
+                       [recording = *recording_] { return recording.text(); });
     recording_.reset();
 }
 
@@ -296,6 +313,7 @@ void Viewer::key(int key, const Modifiers& with, bool) {
             shows_keys_ = !shows_keys_;
             return;
         case GLFW_KEY_F5:
+            if (opened_) kept_camera_ = navigator_.camera();
             if (!sources_.empty()) open(std::vector<std::string>(sources_));
             return;
         case GLFW_KEY_F11:

@@ -39,6 +39,7 @@ class Viewer final : private Events {
     void open(const std::vector<std::string>& sources);
     void step();
     void take_news();
+    void take_failure(const std::exception_ptr& failure);
     void meet(const view::Opened& opened);
     void look();
     void draw();
@@ -51,7 +52,7 @@ class Viewer final : private Events {
     void aim(const glm::dvec2& px);
     void toggle_shade(render::Shade shade);
     void toggle_recording();
-    void end_recording(const std::string& name);
+    void end_recording();
     void save_picture(const std::string& name);
     void print_camera() const;
     bool is_restless(double now_s) const;
@@ -71,8 +72,11 @@ class Viewer final : private Events {
     render::Look look_;
     double threshold_px_, budget_ms_;
     std::optional<view::Recording> recording_;
+    std::string record_;                       // the file for it; empty: a new one
+    std::optional<geom::Camera> kept_camera_;  // for a source that is opened anew
     view::Meter pictures_, fetched_;
     bool shows_status_, shows_keys_ = false, has_opened_once_ = false, is_picture_saved_ = false;
+    bool is_failure_told_ = false;
     bool was_final_ = false;
     // For the report.
     core::Report report_;

@@ -122,7 +122,7 @@ class ProgressiveMesh final : public Subject {
     geom::Sphere bounds() const override { return bounds_; }
     std::vector<geom::Sphere> outline() const override { return outline_; }
     std::string describe() const override { return backend_.name + ": " + backend_.is; }
-    bool is_arriving() const override { return !maker_.has_failed(); }
+    bool is_arriving() const override { return !maker_.has_failed() && (is_remote_ || !is_final_); }
 
     PictureReport draw(const Wish& wish, render::Frame& frame) override {
         want(wish);
@@ -132,7 +132,9 @@ class ProgressiveMesh final : public Subject {
         const double draw_ms = watch.lap_ms();
         if (shown_ && wish.is_moving) feedback_.learn(shown_->threshold_px, draw_ms, wish.budget_ms);
         told_trouble_ = maker_.trouble();
-        return report(draw_ms);
+        const PictureReport made = report(draw_ms);
+        is_final_ = made.is_final;
+        return made;
     }
 
     void draw_part(const geom::View& view, const Wish& wish, render::Frame& frame) override {
@@ -182,6 +184,7 @@ class ProgressiveMesh final : public Subject {
     Feedback feedback_;
     std::shared_ptr<const MadeMesh> shown_;
     std::string told_trouble_;
+    bool is_final_ = false;  // the last picture
     std::optional<Wish> last_;
     double wanted_px_ = 0;
     uint64_t number_ = 0;

@@ -54,6 +54,7 @@ struct Session::State {
     void open();
     void draw_until_closed();
     bool waits_for_work(Wish& wish, uint64_t& seen);
+    bool is_drawn(const Wish& wish);
     void draw(const Wish& wish);
     std::shared_ptr<Picture> blank_picture();
     void publish(std::shared_ptr<Picture> made);
@@ -128,12 +129,21 @@ std::shared_ptr<Picture> Session::State::blank_picture() {
     return blank && blank.use_count() == 1 ? blank : std::make_shared<Picture>();
 }
 
+// What is drawn as well as it can be is not drawn again for a lens that moves over it.
+bool Session::State::is_drawn(const Wish& current) {
+    return picture && show_the_same(picture->wish, current) && !subject->is_arriving() &&
+           !subject->has_more(current);
+}
+
 void Session::State::draw(const Wish& current) {
     std::shared_ptr<Picture> made = blank_picture();
     made->number = ++picture_number;
     made->wish = current;
     made->view = geom::make_view(current.camera, current.width, current.height);
-    made->report = subject->draw(current, made->frame);
+    if (is_drawn(current))
+        made->frame = picture->frame, made->report = picture->report;
+    else
+        made->report = subject->draw(current, made->frame);
     made->lens.reset();
     if (current.lens) {
         made->lens.emplace();

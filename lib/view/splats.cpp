@@ -168,7 +168,9 @@ void Splats::begin_streaming(const geom::View& view, const Wish& wish, const sce
 void Splats::end_streaming(const scene::DrawReport& drawn) {
     if (!stream_) return;
     try {
+        const uint64_t bytes_before = streamed_ ? streamed_->network.bytes : 0;
         streamed_ = stream_->look(*chosen_.painter, drawn);
+        if (streamed_->network.bytes > bytes_before) trouble_.clear();
         idle_is_asked_ = false;
         collect_news();
     } catch (const core::Error& error) {
