@@ -527,7 +527,7 @@ class Builder {
                 core::ProcessorWatch watch;
                 Surface surface = gather_triangles(in, triangles_, boundary_[s], counts[s].open_fans);
                 counts[s].ms.surface = watch.lap_ms();
-                model_.subtrees[s] = encode_triangles(std::move(surface), !mesh_.colours.empty(),
+                model_.subtrees[s] = encode_triangles(std::move(surface), gap_sides_[s], !mesh_.colours.empty(),
                                                       subtree_parent_[s], counts[s]);
                 return;
             }

@@ -37,7 +37,8 @@ TEST(ModelPainter, DrawsTheNextFrameAsIfItWereTheFirst) {
     const mesh::Mesh mesh = bumpy_torus(60, 160);
     const splat::Model model = build_model(mesh);
     for (const auto occlusion : {scene::Occlusion::automatic, scene::Occlusion::on}) {
-        const scene::DrawOptions options{.occlusion = occlusion};
+        scene::DrawOptions options;
+        options.occlusion = occlusion;
         scene::ModelPainter painter(model);
         render::Frame frame;
         for (const geom::View& view : random_views(model, mesh, 8)) {
