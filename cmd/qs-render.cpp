@@ -34,7 +34,9 @@ using Path = std::vector<geom::PathFrame>;
 Path cameras_of(const Arguments& a, const Models& models) {
     if (a.path.empty()) {
         const geom::Camera camera =
-            a.camera.camera(scene::bounds_of(models.placed()), scene::outline_of(models.placed()),
+            a.camera.camera(scene::bounds_of(models.placed()),
+                            a.camera.needs_outline() ? scene::outline_of(models.placed())
+                                                     : std::vector<geom::Sphere>(),
                             a.resolution[0] / a.resolution[1]);
         const size_t count = std::max<size_t>(1, qs_render::snapshot_times_s(a.streaming.snapshot).size());
         return Path(count, {camera, ""});
@@ -98,7 +100,10 @@ void draw_frames(const Arguments& a, const scene::DrawOptions& draw, const Model
     core::Progress progress("frame", frames.size());
     uint64_t done = 0;
     for (const int number : frames) {
-        if (const std::optional<double> due_s = schedule.due_s(done)) stream->wait_until(*due_s);
+        if (const std::optional<double> due_s = schedule.due_s(done)) {
+            if (done == 0) film.expect(path[size_t(number)]);
+            stream->wait_until(*due_s);
+        }
         film.take(number, path[size_t(number)]);
         if (stream) tell_news(models);
         progress.update(++done);
@@ -133,6 +138,12 @@ void plan(const Arguments& a, const scene::DrawOptions& draw, const Models& mode
     scene::ModelPainter painter(models.placed());
     scene::LackFinder finder(models.placed());
     const geom::View view = scene::views_of(shot.camera, qs_render::screen(a)).front().view;
+    scene::StreamOptions sample = qs_render::stream_options(a.streaming);
+    sample.prefetches = false;
+    sample.byte_budget = scene::kPlanBytes * models.all().size();
+    scene::Stream stream(models.placed(), *models.remote(), sample);
+    stream.show({view}, draw);
+    stream.settle(painter);
     render::Frame frame;
     const scene::DrawReport drawn = painter.draw(view, draw, frame);
     const scene::Plan plan =
@@ -149,7 +160,7 @@ void run(const Arguments& a) {
     if (qs_render::are_progressive(sources)) return qs_render::draw_progressive(a, sources[0].file);
     const scene::DrawOptions draw = qs_render::draw_options(a);
     const Clock::time_point start = Clock::now();
-    const Models models(sources, a.streaming.cache, {!a.streaming.draws_at_once(), a.path.empty()});
+    const Models models(sources, a.streaming.cache, {!a.streaming.draws_at_once(), a.path.empty() && a.camera.needs_outline()});
     const Path path = cameras_of(a, models);
     const std::vector<std::string> inputs = inputs_of(a, sources);
     const std::vector<int> frames = qs_render::frame_numbers(qs_render::frame_range(a), path.size());

@@ -67,6 +67,13 @@ Film::Film(const Arguments& arguments, const scene::DrawOptions& options, const 
     if (a_.has_budget()) budget_painter_.emplace(painter_, a_.budget_ms);
 }
 
+void Film::expect(const geom::PathFrame& shot) {
+    if (!shot.fault.empty()) return;  // which take() tells
+    std::vector<geom::View> views;
+    for (const scene::EyeView& eye : scene::views_of(shot.camera, screen_)) views.push_back(eye.view);
+    stream_->show(std::move(views), options_);
+}
+
 void Film::take(int number, const geom::PathFrame& shot) {
     try {
         // Both eyes are drawn before anything is written, so that a frame that fails leaves nothing.
@@ -186,7 +193,7 @@ void Film::finish() {
     if (a_.has_budget()) say_how_budget_was_held();
     const bool may_lack = a_.streaming.draws_at_once() || a_.streaming.has_budget();
     if (unsettled_count_ > 0 && !may_lack)
-        core::warn(text("%llu of %zu frames lack blocks that had not arrived; --settle waits for them",
+        core::warn(text("%llu of %zu frames lack blocks that can be seen and did not come",
                         static_cast<unsigned long long>(unsettled_count_), drawn_count_));
 }
 

@@ -34,6 +34,9 @@ class Film {
     Film(const Arguments& arguments, const scene::DrawOptions& options, const scene::Models& models,
          const std::vector<std::string>& inputs, double frames_per_s, scene::Backend backend);
 
+    // Where models are arriving: asks for what a frame shows that is taken later.
+    void expect(const geom::PathFrame& shot);
+
     // One camera: for each eye once, or with --refine again and again; the last picture is written.
     void take(int number, const geom::PathFrame& shot);
 

@@ -64,7 +64,7 @@ void check_modes(const StreamingOptions& o, bool has_path) {
         throw UsageError("--realtime: needs --path, along which the camera moves");
     if (!o.snapshot.empty() && has_path) throw UsageError("--snapshot: not with --path; it is of one camera");
     if (o.plan && o.has_budget())
-        throw UsageError("--byte-budget: not with --plan, which fetches nothing more");
+        throw UsageError("--byte-budget: not with --plan, which has one of its own");
 }
 
 }  // namespace
@@ -86,11 +86,12 @@ void StreamingOptions::add_to(core::Program& program) {
         app.add_flag("--no-prefetch", no_prefetch, "Fetch only what is seen, nothing ahead of the camera"));
     all.push_back(program.add_number("--realtime", realtime_fps, 0.001, 1000, "frames a second",
                                      "Move along the path so fast, whatever has arrived"));
-    all.push_back(app.add_flag("--settle", settle, "Wait until all is there that a frame shows"));
+    all.push_back(app.add_flag("--settle", settle, "Wait until all is there that a frame shows (the default)"));
     all.push_back(
         app.add_option("--snapshot", snapshot, "One camera, at these times after the start: 0s,1s,10s")
             ->type_name("TIMES"));
     byte_budget_option = program.add_size("--byte-budget", byte_budget, "Fetch no more than so much");
+    byte_budget_option->default_str("");  // no limit
     all.push_back(byte_budget_option);
     all.push_back(app.add_flag("--plan", plan, "Say how many bytes the first frame needs; draw no picture"));
     all.push_back(app.add_option("--cache", cache, "Folder of qs-fetch's cache")->type_name("DIR"));

@@ -26,7 +26,7 @@ struct StreamingOptions {
     // Whether the times of frames are given, and not what is in them.
     bool draws_at_once() const { return is_realtime() || !snapshot.empty(); }
     // Whether frames wait until all is there that they show.
-    bool settles() const { return settle || (has_budget() && !draws_at_once()); }
+    bool settles() const { return !draws_at_once(); }
 };
 
 // These throw core::UsageError.

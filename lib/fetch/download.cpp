@@ -173,9 +173,9 @@ bool Download::start_next() {
     const auto blocks = [&](uint64_t bytes) {
         return uint32_t(std::max<uint64_t>(1, std::min(room, bytes) / entry_->block_bytes()));
     };
-    const BlockRange range = queue_.take({blocks(server_.link.request_bytes(server_.streams)),
-                                          server_.link.join_factor(),
-                                          blocks(server_.link.share_bytes(server_.streams))});
+    const BlockRange range =
+        queue_.take({blocks(server_.link.request_bytes(server_.streams)), server_.link.join_factor(),
+                     blocks(server_.link.share_bytes(server_.streams))});
     const uint64_t first = uint64_t{range.first} * entry_->block_bytes();
     const uint64_t end =
         std::min(entry_->facts().bytes, first + uint64_t{range.count} * entry_->block_bytes());

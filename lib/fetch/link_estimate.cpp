@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kProducts = 1.5, kProductsAtStart = 2.5, kProductsOfProbe = 0.5;
 constexpr double kBurst = 2 * 1024;  // bytes that tell how fast the first ones came
+constexpr double kQueued = 1.5;      // round trips until an answer comes that waits behind others
 constexpr double kGain = 1.25;       // in one window; a link whose rate grows less, three times, is full
 constexpr int kWindowsAtStart = 3;
 constexpr double kRateMemory = 1.0, kRoundTripMemory = 10.0;  // seconds
@@ -45,6 +46,7 @@ double LinkEstimate::busy_s(double now) const {
 }
 
 void LinkEstimate::answer_began(double now, double after_s) {
+    if (!round_trips_.empty() && after_s > kQueued * round_trip_s()) has_queued_ = true;
     const bool ends_probe = is_probing_ && drained_at_ >= 0 && now - after_s >= drained_at_;
     if (ends_probe) {
         round_trips_.clear();
@@ -84,8 +86,9 @@ void LinkEstimate::request_ended(double now, uint64_t missing) {
 
 void LinkEstimate::end_window(double now) {
     const double rate = double(window_bytes_came_) / busy_s(now);
-    const bool was_full = unfilled_windows_ == 0;
-    if (!was_full) --unfilled_windows_;
+    const bool was_full = unfilled_windows_ == 0 || has_queued_;
+    if (unfilled_windows_ > 0) --unfilled_windows_;
+    has_queued_ = false;
     if (was_full || rate >= rate_) {
         while (!rates_.empty() && rates_.back().value <= rate) rates_.pop_back();
         rates_.push_back({now, rate});

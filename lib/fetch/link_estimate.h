@@ -4,11 +4,12 @@
 // block after a change of view by up to 1.2 s (in simulation, 384 kbit/s, 150 ms).  As with BBR (Cardwell et
 // al., 2016) the bandwidth is the largest rate of late, and the round trip the smallest: what is in flight
 // then grows by itself until the rate does not follow any more; at the start it doubles in every round trip.
-// A rate says what the link can carry only where the window was full: one that was not, for want of blocks or
-// of connections, is no reason to believe less of the link than before, or to end the start.  (Without that
-// six connections with requests of 2 KiB each kept themselves at 0.6 of 8 Mbit/s at 150 ms.)
-// On a link that is kept full an answer waits behind those before it, so that no round trip is seen: every 10
-// s half a product is left in flight until one is.  (Without that the window grew by a half every 10 s.)
+// A rate says what the link can carry only where the window was full, or answers waited behind each other:
+// one that was not, for want of blocks or of connections, is no reason to believe less of the link than
+// before, or to end the start.  (Without that six connections with requests of 2 KiB each kept themselves at
+// 0.6 of 8 Mbit/s at 150 ms.) On a link that is kept full an answer waits behind those before it, so that no
+// round trip is seen: every 10 s half a product is left in flight until one is.  (Without that the window
+// grew by a half every 10 s.)
 #pragma once
 
 #include <cstdint>
@@ -62,6 +63,7 @@ class LinkEstimate {
     double busy_since_ = 0, busy_before_ = 0;
     uint64_t window_bytes_came_ = 0;
     int unfilled_windows_ = 0;      // this one and the next, in which the answers come to what was sent in it
+    bool has_queued_ = false;       // in this one an answer waited behind others
     double best_rate_ = 0;          // since the start
     int windows_without_gain_ = 0;  // at the start
     // At the start the window grows by what comes, as TCP's does, on links on which the first bytes, once

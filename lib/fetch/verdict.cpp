@@ -37,7 +37,8 @@ RangeEnd of_whole_file(const RangeRequest& request, const HttpFields& fields,
     // validator.
     if (request.total > 0 && !request.condition().empty())
         return {Verdict::no_if_range, "server does not compare what it sent before"};
-    return {Verdict::no_ranges, asked_for(request) + "server sent 200 without ranges"};
+    return {Verdict::no_ranges,
+            asked_for(request) + "server sent 200 without ranges; others do better, see qs-hosting(7)"};
 }
 
 RangeEnd of_status(const RangeRequest& request, const HttpFields& fields, std::optional<uint64_t> length) {

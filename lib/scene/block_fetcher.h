@@ -25,6 +25,7 @@ class BlockFetcher {
     struct Counters {
         uint64_t bytes = 0, requests = 0;  // of the network, since the models were opened, that included
         double round_trip_s = 0;           // 0: not known
+        double bytes_per_s = 0;            // that the link carries, as far as that is known
     };
     virtual Counters counters() = 0;
 };

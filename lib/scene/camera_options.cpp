@@ -43,6 +43,10 @@ std::string CameraOptions::given() const {
     return "";
 }
 
+bool CameraOptions::needs_outline() const {
+    return std::isnan(position[0]) && std::isnan(focal_point[0]);
+}
+
 // From the azimuth and elevation.
 geom::Camera CameraOptions::towards(const geom::Sphere& bounds, std::span<const geom::Sphere> outline,
                                     double aspect, const glm::dvec3& up) const {
@@ -51,7 +55,7 @@ geom::Camera CameraOptions::towards(const geom::Sphere& bounds, std::span<const 
     const glm::dvec3 c = glm::abs(bounds.centre);
     // Smaller models are seen from as far as orbit() says, so that rounding does not shake the camera.
     const bool has_extent = bounds.radius > kLeastExtent * std::max({c.x, c.y, c.z});
-    return has_extent && std::isnan(focal_point[0]) ? geom::framed(round, outline, aspect, kMargin) : round;
+    return has_extent && needs_outline() ? geom::framed(round, outline, aspect, kMargin) : round;
 }
 
 geom::Camera CameraOptions::camera(geom::Sphere bounds, std::span<const geom::Sphere> outline,

@@ -28,8 +28,10 @@ struct CameraOptions {
     // Names the first of the options that was given, if any was.
     std::string given() const;
 
-    // bounds: of the model.  outline: spheres that hold it more tightly, to fill the picture where neither the eye
-    // nor the focal point was given.  aspect: width / height of the picture.  Throws core::UsageError where
+    // Neither the eye nor the focal point was given.
+    bool needs_outline() const;
+
+    // bounds: of the model.  outline: spheres that hold it more tightly, to fill the picture where they are needed.  aspect: width / height of the picture.  Throws core::UsageError where
     // the options contradict each other or the camera looks nowhere.
     geom::Camera camera(geom::Sphere bounds, std::span<const geom::Sphere> outline, double aspect) const;
 

@@ -19,20 +19,12 @@ namespace {
 // occlusion).
 constexpr double kLeastHidden = 0.0015;
 
-constexpr uint32_t kOutlineLevel = 4;
-
 }  // namespace
 
 geom::Sphere bounds_of(std::span<const PlacedModel> models) {
     geom::Sphere all = models[0].bounds();
     for (const PlacedModel& model : models.subspan(1)) all = geom::sphere_around(all, model.bounds());
     return all;
-}
-
-uint64_t outline_nodes(const splat::Header& header) {
-    uint64_t nodes = 0, level = 1;
-    for (uint32_t k = 0; k < kOutlineLevel; ++k) nodes += level *= uint64_t{splat::kMaxFanOut};
-    return std::min(nodes, header.node_count);
 }
 
 std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models) {

@@ -64,8 +64,8 @@ struct ModelPlan {
 geom::Sphere bounds_of(std::span<const PlacedModel> models);
 
 // Spheres that hold all surfaces, some thousand for a model: those of its fourth level, which stand in the
-// first ten kilobytes of the file. No more than so many of the first nodes are read for it.
-uint64_t outline_nodes(const splat::Header& header);
+// first ten kilobytes of the file.
+inline constexpr uint32_t kOutlineLevel = 4;
 std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models);
 
 // Draws one or more models again and again; buffers are kept from frame to frame.  Grey models among coloured

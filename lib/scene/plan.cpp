@@ -2,26 +2,102 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <vector>
 
 #include "core/error.h"
+#include "splat/level_prefix.h"
 
 namespace scene {
 
 namespace {
 
-constexpr double kFanOut = 5.5;  // on average, in models as qs-build makes them
+// From one level to the next, in models as qs-build makes them: how many nodes, and how much smaller their
+// sizes and errors are (scanned surfaces are rough, and the error falls as the size does).
+constexpr double kFanOut = 6.6, kShrinking = 2.57;
 
-// Nodes that will be visited below one that waits: those that are drawn in the end, and the levels between.
-double nodes_below(const splat::WaitingNode& node, const splat::CutOptions& cut, double most) {
-    const double finest_px = std::max(cut.threshold_px, 1e-3);
-    const bool by_error = cut.by == splat::CutBy::error;
-    // How many times smaller they will be: scanned surfaces are rough, and the error falls as the size does.
-    const double by_size =
-        double(node.diameter_px) / (by_error ? splat::kDiameterOfError * finest_px : finest_px);
-    const double smaller = std::max(by_size, by_error ? double(node.error_px) / finest_px : 0);
-    const double drawn = smaller * smaller < most ? smaller * smaller : most;  // also where it is infinite
-    return std::max(kFanOut, drawn) * kFanOut / (kFanOut - 1);
-}
+// Where levels begin, in blocks of the file: known as far as they are there, and beyond that by the fan-out.
+class Levels {
+  public:
+    explicit Levels(const splat::Model& model) : end_(double(model.header().node_blocks())) {
+        const splat::Header& header = model.header();
+        bool is_known = true;
+        begin_ = {0, 0};
+        while (begin_.size() <= header.level_count) {
+            const auto level = uint32_t(begin_.size() - 1);
+            const splat::LevelPrefix prefix =
+                is_known ? splat::level_prefix(model, level) : splat::LevelPrefix();
+            is_known = prefix.is_known;
+            const double last = begin_.back() - begin_[begin_.size() - 2];
+            const double next = is_known ? double(prefix.bytes - header.block_at(0)) / header.block_size
+                                         : begin_.back() + kFanOut * std::max(last, 1 / kFanOut);
+            begin_.push_back(std::clamp(next, begin_.back(), end_));
+        }
+    }
+    size_t count() const { return begin_.size() - 1; }
+    double begin(size_t level) const { return level < begin_.size() ? begin_[level] : end_; }
+    double blocks(size_t level) const { return begin(level + 1) - begin(level); }
+
+  private:
+    double end_;
+    std::vector<double> begin_;  // by level, from 1
+};
+
+// Which blocks of one model. Nodes stand in each level in the same order, so that what is below a block is
+// the same part of each level.
+class Needed {
+  public:
+    explicit Needed(const splat::Model& model)
+        : model_(model), levels_(model), is_needed_(model.header().block_count, false) {}
+
+    // What waits for one block.
+    void add(std::span<const Lack> waiting, const splat::CutOptions& cut) {
+        const splat::WaitingNode& first = waiting[0].node;
+        is_needed_[first.block] = true;
+        const size_t children = first.level + 1;
+        const double blocks = levels_.blocks(children);
+        if (first.block >= model_.header().node_blocks() || blocks <= 0) return;
+        const double at = (double(first.block) - levels_.begin(children)) / blocks;
+        const double most = double(model_.layout().capacity) / splat::kMaxFanOut;
+        double smaller = 1;
+        for (size_t level = children + 1; level <= levels_.count(); ++level) {
+            smaller *= kShrinking;
+            const auto opened = std::count_if(waiting.begin(), waiting.end(), [&](const Lack& lack) {
+                return is_opened(lack.node, smaller, cut);
+            });
+            if (opened == 0) return;
+            // So many blocks has what is below the block on this level; each is needed where one of the nodes
+            // that it belongs to is opened.
+            const double below = levels_.blocks(level) / blocks, owners = std::max(1.0, most / below);
+            const double closed = 1 - std::min(1.0, double(opened) / most);
+            mark(levels_.begin(level) + at * levels_.blocks(level), below * (1 - std::pow(closed, owners)));
+        }
+    }
+
+    uint64_t missing() const {
+        uint64_t count = 0;
+        for (uint64_t b = 0; b < is_needed_.size(); ++b) count += is_needed_[b] && !model_.is_there(b);
+        return count;
+    }
+
+  private:
+    static bool is_opened(const splat::WaitingNode& node, double smaller, const splat::CutOptions& cut) {
+        const double least = cut.threshold_px * smaller;
+        if (cut.by == splat::CutBy::diameter) return double(node.diameter_px) > least;
+        return double(node.error_px) > least || double(node.diameter_px) > splat::kDiameterOfError * least;
+    }
+
+    void mark(double at, double count) {
+        const double most = levels_.begin(levels_.count() + 1) - 1;
+        const auto first = uint64_t(std::clamp(std::floor(at), 0.0, most)),
+                   last = uint64_t(std::clamp(std::ceil(at + count) - 1, 0.0, most));
+        for (uint64_t b = first; b <= last; ++b) is_needed_[b] = true;
+    }
+
+    const splat::Model& model_;
+    const Levels levels_;
+    std::vector<bool> is_needed_;  // by block
+};
 
 }  // namespace
 
@@ -32,17 +108,18 @@ Plan plan_of(std::span<const PlacedModel> models, const DrawReport& drawn, std::
     for (size_t m = 0; m < models.size(); ++m) {
         const splat::Model& model = *models[m].model;
         plan.file_bytes += model.size_bytes();
-        // No more than what the node's part of the root's disc can hold.
-        const double all = double(model.header().node_count);
-        double nodes = 0;
-        for (const Lack& lack : lacks)
-            if (lack.model == m)
-                nodes +=
-                    nodes_below(lack.node, cut, all * double(lack.node.radius) * double(lack.node.radius));
-        const double left =
-            double(model.header().block_count - std::min(model.header().block_count, model.blocks_used()));
-        const double blocks = std::min(left, std::ceil(nodes / model.layout().capacity));
-        plan.missing_bytes += uint64_t(blocks) * model.header().block_size;
+        Needed needed(model);
+        std::vector<Lack> waiting;
+        std::copy_if(lacks.begin(), lacks.end(), std::back_inserter(waiting),
+                     [&](const Lack& lack) { return lack.model == m; });
+        std::sort(waiting.begin(), waiting.end(),
+                  [](const Lack& a, const Lack& b) { return a.node.block < b.node.block; });
+        for (auto begin = waiting.begin(), end = begin; begin != waiting.end(); begin = end) {
+            end = std::find_if(begin, waiting.end(),
+                               [&](const Lack& lack) { return lack.node.block != begin->node.block; });
+            needed.add({begin, end}, cut);
+        }
+        plan.missing_bytes += needed.missing() * model.header().block_size;
     }
     return plan;
 }

@@ -1,4 +1,5 @@
-// How many bytes a view will need, estimated from what of its models is there.
+// How many bytes a view will need, estimated from what of its models is there: within a tenth where
+// kPlanBytes of each are, in the order in which the view needs them.
 #pragma once
 
 #include <span>
@@ -8,6 +9,8 @@
 #include "scene/lacks.h"
 
 namespace scene {
+
+inline constexpr uint64_t kPlanBytes = 64 * 1024;
 
 struct Plan {
     uint64_t file_bytes = 0;

@@ -82,9 +82,11 @@ struct RemoteModels::State {
     // Of all the daemon has done; only where it serves no others are these this program's.
     Counters daemon_counters() {
         const core::Json status = core::Json::parse(connection.status());
-        Counters c{status.value("body_bytes", uint64_t(0)), status.value("requests", uint64_t(0)), 0};
-        for (const core::Json& server : status.value("servers", core::Json::array()))
+        Counters c{status.value("body_bytes", uint64_t(0)), status.value("requests", uint64_t(0))};
+        for (const core::Json& server : status.value("servers", core::Json::array())) {
             c.round_trip_s = std::max(c.round_trip_s, server.value("round_trip_ms", 0.0) / 1000);
+            c.bytes_per_s = std::max(c.bytes_per_s, server.value("bytes_per_s", 0.0));
+        }
         return c;
     }
 };

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "scene/model_file.h"
+#include "splat/level_prefix.h"
 
 namespace scene {
 
@@ -83,14 +84,17 @@ const splat::Model& Models::open(const std::string& file, const std::string& cac
     if (!is_url(file)) return models_.emplace_back(open_model_file(file));
     if (!remote_) remote_ = std::make_unique<RemoteModels>(cache);
     const splat::Model& model = models_.emplace_back(remote_->open(file));
-    uint64_t blocks = 1;
+    const auto bring = [&](uint64_t bytes) {
+        remote_->bring(file, bytes);
+        model.take_stock();
+    };
+    bring(beginning.needs_first_picture ? RemoteModels::kFirstPictureBytes : model.header().block_at(1));
     if (beginning.needs_outline)
-        blocks = std::min(outline_nodes(model.header()) / model.layout().capacity + 1,
-                          model.node_blocks_present());
-    uint64_t bytes = model.header().block_at(blocks);
-    if (beginning.needs_first_picture) bytes = std::max(bytes, RemoteModels::kFirstPictureBytes);
-    remote_->bring(file, bytes);
-    model.take_stock();
+        for (bool is_known = false; !is_known;) {
+            const splat::LevelPrefix outline = splat::level_prefix(model, kOutlineLevel);
+            bring(outline.bytes);
+            is_known = outline.is_known;
+        }
     return model;
 }
 

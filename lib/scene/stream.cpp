@@ -8,6 +8,9 @@ namespace scene {
 
 namespace {
 
+// Of the requests of a server that are under way at a time a gap may take this part of one; see close_gaps().
+constexpr double kGapParts = 24;
+constexpr float kLast = 1e-30f;  // a priority below those of all that is seen
 // A longer wait than this is cut into several, so that a stream that lost its daemon notices.
 constexpr double kLongestWait_s = 1;
 constexpr double kWidening = 1.25;       // of what is shown, to what is beside it
@@ -141,6 +144,7 @@ std::vector<BlockRequest> Stream::requests_for_rest() {
 }
 
 std::vector<BlockRequest> Stream::requests_when_idle() {
+    if (views_.empty()) return {};
     std::vector<BlockRequest> requests = requests_of(find_lacks(wanted_));
     if (requests.empty() && !are_same(wanted_, views_)) requests = requests_of(find_lacks(views_));
     if (!requests.empty() || !options_.prefetches) return requests;
@@ -168,11 +172,31 @@ std::vector<BlockRequest> Stream::within_budget(std::vector<BlockRequest> reques
     return requests;
 }
 
+// A gap costs what it takes to bring it; a request more, a round trip on one of a few connections.  (With
+// HTTP/2, and where links are slow or short, products are small and so are the gaps.)
+void Stream::close_gaps(std::vector<BlockRequest>& requests) const {
+    const BlockFetcher::Counters link = fetcher_.counters();
+    const double product = link.bytes_per_s * link.round_trip_s;
+    std::vector<Block> asked;
+    for (const BlockRequest& r : requests) asked.emplace_back(r.model, r.block);
+    std::sort(asked.begin(), asked.end());
+    for (size_t i = 1; i < asked.size(); ++i) {
+        const auto& [model, end] = asked[i];
+        const uint64_t begin = asked[i - 1].second + 1;
+        const double widest = product / kGapParts / double(models_[model].model->header().block_size);
+        if (asked[i - 1].first != model || begin >= end || double(end - begin) > widest) continue;
+        for (uint64_t b = begin; b < end; ++b)
+            if (!is_there({model, b})) requests.push_back({model, b, kLast});
+    }
+}
+
 void Stream::ask(std::vector<BlockRequest> requests) {
     if (options_.byte_budget) {
         std::erase_if(pending_, [&](const BlockRequest& r) { return is_there({r.model, r.block}); });
         if (pending_.empty()) pending_ = within_budget(std::move(requests));
         requests = pending_;
+    } else if (options_.prefetches) {
+        close_gaps(requests);
     }
     for (const BlockRequest& r : requests) asked_.insert({r.model, r.block});
     fetcher_.ask(requests);

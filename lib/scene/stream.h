@@ -14,6 +14,8 @@
 //         instead of 4 % in simulation; asking for both, or less urgently, gains less)
 //     what they hide, where settle() is to be exact
 //     in idle time, what is beside them, what they hide, and then the rest from root to leaves.
+// Between blocks that are asked for, those that are not are asked for too, last of all, where that makes
+// requests of a length that fills a long link: over HTTP/1.1 few requests are under way at a time.
 #pragma once
 
 #include <array>
@@ -91,6 +93,7 @@ class Stream {
     std::vector<BlockRequest> requests_of(std::span<const Lack> lacks) const;
     std::vector<BlockRequest> requests_for_rest();
     std::vector<BlockRequest> requests_when_idle();
+    void close_gaps(std::vector<BlockRequest>& requests) const;
     bool is_exact(ModelPainter& painter);
     void predict(double time_s);
     bool is_there(const Block& block) const;

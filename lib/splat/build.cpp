@@ -537,7 +537,8 @@ class Builder {
             in.faces = buckets_.of(s);
             in.offset = model_offset_, in.inverse_scale = inverse_scale_;
             in.normals = mesh_.normals, in.colours = mesh_.colours, in.cloud_radii = cloud_radii_;
-            model_.subtrees[s] = encode_subtree(in, gap_sides_[s], subtree_parent_[s], counts[s], boundary_[s]);
+            model_.subtrees[s] =
+                encode_subtree(in, gap_sides_[s], subtree_parent_[s], counts[s], boundary_[s]);
         });
         for (const FitCounts& c : counts) report_.fit.add(c);
     }

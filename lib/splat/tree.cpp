@@ -165,7 +165,8 @@ class SubtreeSorter {
 
     void note_side(std::span<TreePoint> side, std::span<TreePoint> node) {
         const auto at = [&](std::span<TreePoint> s) { return uint32_t(s.data() - all_.data()); };
-        gap_sides_.push_back({at(node), at(node) + uint32_t(node.size()), at(side), at(side) + uint32_t(side.size())});
+        gap_sides_.push_back(
+            {at(node), at(node) + uint32_t(node.size()), at(side), at(side) + uint32_t(side.size())});
     }
 
     const std::span<TreePoint> all_, spare_;

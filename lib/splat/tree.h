@@ -48,8 +48,8 @@ struct UpperCut {
 std::unique_ptr<UpperCut> sort_into_tree(std::span<TreePoint> points);
 
 // Leaves of each child of a node with `leaves` leaves inside a subtree: the largest power of
-// the fan-out below `leaves`; the last child takes the remainder, and so does the last one before a gap's side.
-// leaves >= 2.
+// the fan-out below `leaves`; the last child takes the remainder, and so does the last one before a gap's
+// side. leaves >= 2.
 constexpr uint32_t child_leaves(uint32_t leaves) {
     uint32_t q = 1;
     while (q * uint32_t(kMaxFanOut) < leaves) q *= uint32_t(kMaxFanOut);

@@ -14,10 +14,10 @@ qs-render www/model.qs "${view[@]}" -o file.png
 
 for order in gain level radius screen y sweep; do
     fetch evict > /dev/null
-    qs-render "$url" --cache cache "${view[@]}" --settle --order $order -o $order.png --report report.jsonl
+    qs-render "$url" --cache cache "${view[@]}" --order $order -o $order.png --report report.jsonl
     same file.png $order.png $order
 done
-qs-render "$url" --cache cache "${view[@]}" --settle -o again.png --report - | stream bytes_fetched
+qs-render "$url" --cache cache "${view[@]}" -o again.png --report - | stream bytes_fetched
 same file.png again.png "second run"
 
 size=$(stat -c %s www/model.qs)
@@ -32,3 +32,8 @@ fetch evict > /dev/null
 qs-render "$url" --cache cache "${view[@]}" --snapshot 0s,100ms,300ms -o snapshot-%d.png --report - | stream bytes_fetched |
     python3 -c 'b = [int(w) for w in input().split()]; print("snapshots:", len(b), b == sorted(b))'
 ls snapshot-*.png
+
+# The first of them may be later than the first blocks.
+fetch evict > /dev/null
+qs-render "$url" --cache cache "${view[@]}" --snapshot 150ms,200ms -o later-%d.png
+ls later-*.png

@@ -24,5 +24,5 @@ without_port < err
 cmp -s shown-1.png new.png || echo "not the new version"
 fetch stop
 start_daemon
-qs-render "$url" --cache cache "${view[@]}" --settle -o next.png 2> err
+qs-render "$url" --cache cache "${view[@]}" -o next.png 2> err
 same new.png next.png "next run"

@@ -210,6 +210,26 @@ TEST(LinkEstimate, ALinkThatWasNotFilledIsNotTakenForASlowOne) {
     EXPECT_NEAR(link.bytes_per_s(), kRate, 0.15 * kRate);
 }
 
+// But a slow one is filled by them.
+TEST(LinkEstimate, FewSmallRequestsThatQueueShowASlowLink) {
+    constexpr double kRate = 48e3, kRoundTrip = 0.04;
+    constexpr uint64_t kBytes = 2048;
+    LinkEstimate link;
+    std::deque<double> sent;
+    double now = 0, free_at = 0;
+    for (int i = 0; i != 200; ++i) {
+        while (sent.size() < 6) sent.push_back(now), link.request_sent(now, kBytes);
+        link.left_unfilled();
+        const double began = std::max(free_at, sent.front() + kRoundTrip);
+        link.answer_began(std::max(now, began), std::max(now, began) - sent.front());
+        now = free_at = began + kBytes / kRate;
+        link.bytes_came(now, kBytes);
+        sent.pop_front();
+    }
+    EXPECT_NEAR(link.bytes_per_s(), kRate, 0.15 * kRate);
+    EXPECT_LT(link.share_bytes(6), kBytes);
+}
+
 TEST(LinkEstimate, WhatDoesNotComeIsNotInFlight) {
     LinkEstimate link;
     EXPECT_EQ(link.window_bytes(), 3072u) << "three blocks until anything is known";

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
+#include "scene/plan.h"
 #include "scene/reference.h"
 #include "test_meshes.h"
 #include "views.h"
@@ -50,8 +52,16 @@ class Bringer : public scene::BlockFetcher {
         return count > 0;
     }
     bool has_ended() const override { return false; }
-    Counters counters() override { return {bytes_, 0, 0}; }
+    Counters counters() override { return {bytes_, 0, round_trip_s}; }
     uint64_t bytes() const { return bytes_; }
+    // Of the last time, in order.
+    std::vector<uint64_t> asked_blocks() const {
+        std::vector<uint64_t> blocks;
+        for (const scene::BlockRequest& r : asked_) blocks.push_back(r.block);
+        return blocks;
+    }
+
+    double round_trip_s = 0;
 
   private:
     std::vector<bool>& is_there_;
@@ -181,6 +191,101 @@ TEST(Stream, KeepsToItsBudget) {
         EXPECT_LE(arriving.bringer.bytes(), budget);
         EXPECT_GT(arriving.bringer.bytes() + splat::kMinBlockSize, budget);
     }
+}
+
+// While a camera goes on as it went, what it will see a round trip, a frame and 0.2 s later.
+TEST(Stream, AsksForWhatASteadyCameraWillSee) {
+    const mesh::Mesh mesh = bumpy_torus(100, 260);
+    const Bytes bytes = build_bytes(mesh);
+    Arriving arriving(bytes, 0);  // what is there stays as it is
+    arriving.bringer.round_trip_s = 0.3;
+    for (size_t b = 1; b < 20; ++b) arriving.is_there[b] = true;
+    scene::ModelPainter painter(arriving.model);
+    scene::Stream stream({{&arriving.model}}, arriving.bringer, {});
+    scene::LackFinder finder({{&arriving.model}});
+    const geom::View start = fitted_view(open_model(bytes));
+    const glm::dvec3 step = 0.02 * glm::length(start.eye) * start.right;
+    const auto look = [&](double steps, double time_s) {
+        geom::View view = start;
+        view.eye += steps * step;
+        stream.show({view}, {}, time_s);
+        Drawn drawn;
+        drawn.report = painter.draw(view, {}, drawn.frame);
+        stream.look(painter, drawn.report);
+        return arriving.bringer.asked_blocks();
+    };
+    const auto needed = [&](double steps) {
+        geom::View view = start;
+        view.eye += steps * step;
+        std::vector<uint64_t> blocks;
+        for (const auto& r :
+             scene::requests_for(finder.find(view, {}, std::nullopt), {}, view.picture_height()))
+            blocks.push_back(r.block);
+        return blocks;
+    };
+    constexpr double kFrame = 0.1;
+    EXPECT_EQ(look(0, 0), needed(0));
+    EXPECT_EQ(look(1, kFrame), needed(1)) << "two views are no steady motion yet";
+    EXPECT_EQ(look(2, 2 * kFrame), needed(2 + (0.3 + kFrame + 0.2) / kFrame));
+    EXPECT_NE(needed(2), needed(8)) << "or nothing is shown by this";
+    EXPECT_EQ(look(1, 3 * kFrame), needed(1)) << "it turned back";
+    EXPECT_EQ(look(0, 4 * kFrame), needed(0 - 6));
+}
+
+TEST(Stream, FetchesTheRestInIdleTimeUnlessItIsNotTo) {
+    const Bytes bytes = build_bytes(bumpy_torus(100, 260));
+    const geom::View view = fitted_view(open_model(bytes));
+    for (const bool prefetches : {true, false}) {
+        Arriving arriving(bytes, 1000);
+        scene::StreamOptions options;
+        options.prefetches = prefetches;
+        scene::ModelPainter painter(arriving.model);
+        scene::Stream stream({{&arriving.model}}, arriving.bringer, options);
+        stream.wait_until(stream.elapsed_s() + 0.001);  // before there is a view
+        EXPECT_TRUE(arriving.bringer.asked_blocks().empty());
+        scene::DrawOptions coarse;
+        coarse.cut.threshold_px = 8;
+        stream.show({view}, coarse);
+        stream.settle(painter);
+        const uint64_t shown = arriving.bringer.bytes();
+        for (int i = 0; i < 20; ++i) stream.wait_until(stream.elapsed_s() + 0.01);
+        const auto there = size_t(std::count(arriving.is_there.begin(), arriving.is_there.end(), true));
+        EXPECT_EQ(there == arriving.is_there.size(), prefetches);
+        EXPECT_EQ(arriving.bringer.bytes() > shown, prefetches);
+    }
+}
+
+TEST(Plan, IsWithinASeventhOfWhatIsFetched) {
+    const mesh::Mesh mesh = bumpy_torus(200, 600);
+    const Bytes bytes = build_bytes(mesh);
+    const splat::Model whole = open_model(bytes);
+    std::vector<geom::View> views = random_views(whole, mesh, 3);
+    views.push_back(fitted_view(whole));
+    for (const geom::View& view : views)
+        for (const double threshold_px : {0.5, 4.0}) {
+            Arriving arriving(bytes, 64);
+            scene::DrawOptions draw;
+            draw.cut.threshold_px = threshold_px;
+            scene::ModelPainter painter(arriving.model);
+            const auto settle = [&](std::optional<uint64_t> budget) {
+                scene::StreamOptions options;
+                options.prefetches = false;
+                options.byte_budget = budget;
+                scene::Stream stream({{&arriving.model}}, arriving.bringer, options);
+                stream.show({view}, draw);
+                stream.settle(painter);
+            };
+            settle(scene::kPlanBytes);
+            Drawn drawn;
+            drawn.report = painter.draw(view, draw, drawn.frame);
+            const std::vector<scene::PlacedModel> placed{{&arriving.model}};
+            const scene::Plan plan = scene::plan_of(
+                placed, drawn.report, scene::LackFinder(placed).find(view, draw, std::nullopt), draw.cut);
+            settle({});
+            const auto needed = double(painter.draw(view, draw, drawn.frame).bytes_touched);
+            EXPECT_NEAR(double(plan.present_bytes + plan.missing_bytes), needed, needed / 7)
+                << threshold_px << " px of " << plan.file_bytes;
+        }
 }
 
 TEST(RequestOrder, BringsWhatOwnsMorePixelsTimesErrorFirstAndSumsOverABlock) {
