@@ -118,8 +118,10 @@ core::Json build(core::InputFile file, const std::string& input, const mesh::Rea
     if (built.duplicate_faces > 0) read.counts.triangles_dropped["duplicate"] += built.duplicate_faces;
     mesh::warn_of_drops(name, read.counts.vertices_dropped, "vertices");
     mesh::warn_of_drops(name, read.counts.triangles_dropped, "triangles");
-    warn_of(name, built.cut_edges, "edges are not of two faces that run against each other, and were cut or paired");
-    warn_of(name, built.flattened_faces, "faces lose their area by rounding (--bits, --lossless)");
+    warn_of(name, built.cut_edges,
+            "edges are not of two faces that run against each other, and were cut or paired");
+    warn_of(name, built.flattened_faces,
+            "faces are kept but have no area on the lattice, and are not seen; --bits makes it finer");
     const pm::Header& h = built.header;
     core::notice(core::text("%s: %u splits from %u vertices, %u faces; %llu bytes (%.2f a vertex)",
                             out.name().c_str(), h.details, h.base_vertices, h.base_faces,

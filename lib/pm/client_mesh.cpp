@@ -1,6 +1,7 @@
 #include "pm/client_mesh.h"
 
 #include <bit>
+#include <filesystem>
 
 #include "core/error.h"
 
@@ -46,6 +47,9 @@ Location parse_location(const std::string& text) {
         throw core::UsageError("'" + text +
                                "' is no progressive mesh at a server; give pm://HOST:PORT/NAME, as in "
                                "pm://127.0.0.1:4100/dragon");
+    if (std::error_code unknown; std::filesystem::is_socket(rest, unknown))
+        throw core::UsageError("'" + text + "' names no model; give " + text + "/NAME, or " + text +
+                               "/ where the server has one");
     return {net::parse_address(rest.substr(0, slash)), rest.substr(slash + 1)};
 }
 

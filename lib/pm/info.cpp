@@ -69,7 +69,8 @@ std::string to_text(const Info& info) {
                        info.tree_bits(), info.node_bits());
     text += core::text("  positions       %s\n", precision_of(h).c_str());
     text += core::text("  surface         %s, %llu splits without a cone\n",
-                       h.flags & kOpenSurface ? "open" : "closed", number(info.without_cone));
+                       h.flags & kOpenSurface ? "open, both sides may be seen" : "closed but for small gaps",
+                       number(info.without_cone));
     text += core::text("  cut vertices    %u\n", h.welds);
     for (const auto& [name, bytes] : info.sections)
         if (bytes > 0) text += core::text("  %-15s %llu bytes\n", name.c_str(), number(bytes));

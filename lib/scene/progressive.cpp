@@ -21,11 +21,11 @@ geom::Sphere sphere_of(const pm::Header& header) {
     return {p.world_from_unit(glm::dvec3(0.5)), p.extent * 0.5 * std::sqrt(3.0)};
 }
 
-// Of a base vertex: below it lies no more than this.  One that is never split stands for its own faces, which
-// others hold.
+// Of a base vertex of which no more is known: by its error, and not by its radius, since the surface is about
+// as far from the base mesh's faces as that.
 geom::Sphere sphere_of(const pm::Header& header, const pm::NodeBounds& root, bool is_leaf) {
     const pm::Placement& p = header.placement;
-    return {p.world_from_unit(root.centre), is_leaf ? 0 : pm::decode_radius(root.radius) * p.extent};
+    return {p.world_from_unit(root.centre), is_leaf ? 0 : pm::decode_error(root.error) * p.extent};
 }
 
 class FileSource final : public ProgressiveSource {
@@ -35,12 +35,7 @@ class FileSource final : public ProgressiveSource {
     geom::Sphere bounds() const override { return sphere_of(model_.header()); }
     std::vector<geom::Sphere> outline() const override {
         std::vector<geom::Sphere> spheres;
-        for (uint32_t v = 0; v != model_.root_split().size(); ++v) {
-            const uint32_t split = model_.root_split()[v];
-            const bool is_leaf = split == pm::kNone;
-            spheres.push_back(sphere_of(
-                model_.header(), is_leaf ? pm::NodeBounds{model_.unit(v)} : model_.bounds(split), is_leaf));
-        }
+        for (uint32_t v = 0; v != model_.vertices(); ++v) spheres.push_back({model_.world(v), 0});
         return spheres;
     }
     bool has_colour() const override { return model_.header().has_colours(); }

@@ -27,12 +27,12 @@ class ProgressiveSource {
   public:
     virtual ~ProgressiveSource() = default;
     virtual geom::Sphere bounds() const = 0;  // world units
-    // Spheres that hold all of the surface: those of the base mesh's vertices.
+    // Spheres that the surface fills: all vertices of a file; of a server what the base mesh tells.
     virtual std::vector<geom::Sphere> outline() const = 0;
     virtual bool has_colour() const = 0;
     // The mesh that the camera wants on a raster of width x height pixels, refined where the error is seen
-    // larger than threshold_px.  Of a server: waits until all of it has come, or for `patience_s`, where what has
-    // come by then is enough.
+    // larger than threshold_px.  Of a server: waits until all of it has come, or for `patience_s`, where what
+    // has come by then is enough.
     virtual mesh::Mesh mesh_for(const geom::Camera& camera, int width, int height, double threshold_px,
                                 ProgressiveCosts& costs, std::optional<double> patience_s = {}) = 0;
 };
@@ -41,8 +41,8 @@ class ProgressiveSource {
 // file.
 // "-" is none.
 bool is_progressive(const std::string& source);
-// Throws core::Error, and core::UsageError for a location that is none.  `most_retries`: connections to a server
-// that are lost in a row, or cannot be had again, before it is given up.
+// Throws core::Error, and core::UsageError for a location that is none.  `most_retries`: connections to a
+// server that are lost in a row, or cannot be had again, before it is given up.
 std::unique_ptr<ProgressiveSource> open_progressive(const std::string& source, int most_retries = 5);
 
 // Draws a mesh by a back end, exactly, with normals of its own or of its faces; depths are in world units.
