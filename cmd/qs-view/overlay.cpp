@@ -37,7 +37,8 @@ void draw_status(const OverlayContent& content, const ImVec2& size) {
     if (content.is_recording) ImGui::TextColored(ImVec4(1, 0.4f, 0.3f, 1), "recording");
     if (!content.note.empty()) ImGui::TextUnformatted(content.note.c_str());
     if (content.refinement < 1) draw_bar("refining  ", content.refinement);
-    if (content.download < 1) draw_bar("fetching  ", content.download);
+    if (content.download == 0) ImGui::TextUnformatted("fetching ...");
+    if (content.download > 0 && content.download < 1) draw_bar("fetching  ", content.download);
     if (!content.status.empty()) ImGui::TextUnformatted(content.status.c_str());
     ImGui::PopTextWrapPos();
     ImGui::End();

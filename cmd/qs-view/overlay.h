@@ -9,7 +9,8 @@
 namespace qs_view {
 
 struct OverlayContent {
-    std::string status;                   // empty: hidden
+    std::string status;  // empty: hidden
+    // 1: no bar; a download of 0: on its way, of unknown length.
     double refinement = 1, download = 1;  // 1: no bar
     bool has_legend = false, has_keys = false;
     std::string message;  // in the middle: what is wrong, or waited for

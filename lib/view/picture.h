@@ -36,7 +36,7 @@ bool are_same(const std::optional<Lens>& a, const std::optional<Lens>& b);
 struct Arrival {
     uint64_t bytes_fetched = 0;
     uint64_t blocks_missing = 0;  // that the picture would show; 0 where the source has no blocks
-    double part_there = 1;        // of what the picture needs, as far as that is known
+    double part_there = 1;        // of what the picture needs; 0: not all, and nobody knows how much
 };
 
 struct PictureReport {

@@ -46,7 +46,6 @@ class Points final : public Subject {
         r.error_bound_px = std::numeric_limits<double>::infinity();
         r.splats = drawn.points_drawn;
         r.draw_ms = drawn.select_ms + drawn.draw_ms;
-        r.refinement = was_settled_ ? 1 : 0;
         r.is_final = was_settled_;
         r.arrival = {client_.counts().bytes_received, 0, was_settled_ ? 1.0 : 0.0};
         r.trouble = told_trouble_;

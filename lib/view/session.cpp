@@ -126,7 +126,10 @@ void Session::State::draw_until_closed() {
 // The one that was shown before the last, where nobody looks at it any more.
 std::shared_ptr<Picture> Session::State::blank_picture() {
     std::shared_ptr<Picture> blank = std::move(spare);
-    return blank && blank.use_count() == 1 ? blank : std::make_shared<Picture>();
+    if (!blank || blank.use_count() != 1) return std::make_shared<Picture>();
+    // The count is read without order: what whoever had it last has read of it, it has read before this.
+    std::atomic_thread_fence(std::memory_order_acquire);
+    return blank;
 }
 
 // What is drawn as well as it can be is not drawn again for a lens that moves over it.

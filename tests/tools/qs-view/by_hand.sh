@@ -13,13 +13,15 @@ cmp qs-view-0001.png first.png && echo "the first picture is that of qs-render"
 
 # Recorded: a turn, let go in motion, and a step towards what is under the mouse.
 press_keys r
-before=$(said "picture complete")
 xdotool mousemove 160 120 mousedown 1
 for ((i = 0; i < 6; ++i)); do xdotool mousemove_relative 8 3 sleep 0.02; done
 xdotool mouseup 1 sleep 0.2 key space mousemove 150 110 click 4 click 4
-then_says "$before" "picture complete"
 press_keys r
 wait_for test -s qs-view-0001.jsonl
+# Opened anew, with the camera where it is: what is complete then is of this camera.
+before=$(said "picture complete")
+press_keys F5
+then_says "$before" "picture complete"
 press_keys s
 wait_for test -s qs-view-0002.png
 frames=$(wc -l < qs-view-0001.jsonl)
