@@ -28,21 +28,21 @@ endmacro()
 set(CPACK_COMPONENTS_ALL)
 qs_debian_package(tools qs-tools graphics
   "multiresolution models of huge scans: build, stream, draw
- Programs that turn a huge scan, a mesh or a cloud of points, into a
- multiresolution model, draw it without a display, and stream it over ordinary
- networks, with a bound on the error of every frame.")
+Programs that turn a huge scan, a mesh or a cloud of points, into a
+multiresolution model, draw it without a display, and stream it over ordinary
+networks, with a bound on the error of every frame.")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "libegl1, libosmesa6, ffmpeg")
 if(TARGET qs-view)
   qs_debian_package(viewer qs-view graphics
     "viewer of the models of qs-tools
- A window on multiresolution models of huge scans, from files or while they
- arrive over a network.")
-  set(CPACK_DEBIAN_VIEWER_PACKAGE_RECOMMENDS qs-tools)
+A window on multiresolution models of huge scans, from files or while they
+arrive over a network.")
+  set(CPACK_DEBIAN_VIEWER_PACKAGE_RECOMMENDS "qs-tools, libgl1")
 endif()
 qs_debian_package(development libqs-tools-dev libdevel
   "multiresolution models of huge scans: static libraries and headers
- The libraries that the programs of qs-tools are made of, with a file for
- pkg-config and a package for CMake.")
+The libraries that the programs of qs-tools are made of, with a file for
+pkg-config and a package for CMake.")
 set(development libhwy-dev libxxhash-dev libzstd-dev libdeflate-dev libpng-dev libtbb-dev libglm-dev libcli11-dev
                 nlohmann-json3-dev)
 if(QS_FETCH)

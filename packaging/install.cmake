@@ -31,12 +31,10 @@ function(qs_install_pages)
   endforeach()
 endfunction()
 
-# A program, its page, and its completions, which the program itself writes.
+# A program, its page, and its completions, which the program itself writes; for the tools, if no component is said.
 function(qs_install_program name)
-  set(component tools)
-  if(name STREQUAL qs-view)
-    set(component viewer)
-  endif()
+  set(component tools ${ARGN})
+  list(GET component -1 component)
   install(TARGETS ${name} COMPONENT ${component})
   qs_install_page(man/${name}.1 ${component})
   qs_completion(bash ${name} bash-completion/completions)

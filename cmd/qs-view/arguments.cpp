@@ -27,11 +27,15 @@ void add_options(core::Program& program, Arguments& a) {
     program.add_number("--threshold", a.threshold_px, 0.01, 1e6, "pixels",
                        "Largest error of a picture at rest");
     program.add_duration("--budget", a.budget_ms, 1, 1e4, "Time for a frame while the camera moves");
-    app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")->type_name("KIND");
-    app.add_option("--shade", a.shade, "lit, normal, level or flat")->type_name("MODE");
+    app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")
+        ->check(scene::splat_kinds())
+        ->type_name("KIND");
+    app.add_option("--shade", a.shade, "lit, normal, level or flat")->check(scene::shades())->type_name("MODE");
     program.add_numbers("--key-light", a.key_light, "X,Y,Z", "Light from there, and less from the eye");
     app.add_option("--background", a.background, "R,G,B, 0 to 255 each, or #rrggbb")->type_name("COLOUR");
-    app.add_option("--backend", a.backend, "What draws: cpu, osmesa, egl or auto")->type_name("NAME");
+    app.add_option("--backend", a.backend, "What draws: cpu, osmesa, egl or auto")
+        ->check(scene::backend_kinds())
+        ->type_name("NAME");
     app.add_option("--cache", a.cache, "Folder of qs-fetch's cache")->type_name("DIR");
     app.add_option("--record", a.record, "Record the camera from the start, as a path")->type_name("FILE");
     app.add_option("--screenshot", a.screenshot, "Write the first view once it is complete, and quit")
