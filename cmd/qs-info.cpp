@@ -1,5 +1,5 @@
-// qs-info: say what models hold, verify them, take a level out.  The work is splat::read_info(), splat::verify(),
-// splat::write_cut(), and of progressive meshes pm::read_info() and pm::verify().
+// qs-info: say what models hold, verify them, take a level out.  The work is splat::read_info(),
+// splat::verify(), splat::write_cut(), and of progressive meshes pm::read_info() and pm::verify().
 #include "core/error.h"
 #include "core/file.h"
 #include "core/program.h"
@@ -33,14 +33,17 @@ std::string inspect_qsplat(const core::InputFile& file, const Options& o, core::
     const splat::QsplatInfo info = splat::read_qsplat_info(file);
     core::Json json = splat::to_json(info);
     if (o.verify)
-        json = {{"file", info.name}, {"is_whole", true}, {"nodes", info.nodes}, {"leaves", info.leaves},
+        json = {{"file", info.name},
+                {"is_whole", true},
+                {"nodes", info.nodes},
+                {"leaves", info.leaves},
                 {"level_count", info.levels.size() - 1}};
     report.write(json);
     if (o.json) return json.dump() + "\n";
     if (!o.verify) return splat::to_text(info);
     return info.name + core::text(": whole, without checksums: %llu nodes, %llu leaves, %zu levels\n",
-                                  static_cast<unsigned long long>(info.nodes), static_cast<unsigned long long>(info.leaves),
-                                  info.levels.size() - 1);
+                                  static_cast<unsigned long long>(info.nodes),
+                                  static_cast<unsigned long long>(info.leaves), info.levels.size() - 1);
 }
 
 std::string inspect_mesh(core::InputFile file, const Options& o, core::Report& report) {
@@ -52,8 +55,9 @@ std::string inspect_mesh(core::InputFile file, const Options& o, core::Report& r
         return o.json ? json.dump() + "\n" : pm::to_text(info);
     }
     const pm::VerifyCounts c = pm::verify(model);
-    const core::Json json = {{"file", model.name()},   {"is_whole", true},      {"vertices", c.vertices},
-                             {"faces", c.faces},       {"details", c.details},  {"dependencies", c.dependencies}};
+    const core::Json json = {{"file", model.name()},   {"is_whole", true},
+                             {"vertices", c.vertices}, {"faces", c.faces},
+                             {"details", c.details},   {"dependencies", c.dependencies}};
     report.write(json);
     if (o.json) return json.dump() + "\n";
     const auto number = [](uint64_t n) { return static_cast<unsigned long long>(n); };
@@ -79,8 +83,8 @@ std::string describe(core::InputFile file, const Options& o, core::Report& repor
     return o.json ? json.dump() + "\n" : splat::to_text(info);
 }
 
-// Of what is read from a pipe, see core::InputFile.  Progressive meshes and models of the original program end where
-// they end.
+// Of what is read from a pipe, see core::InputFile.  Progressive meshes and models of the original program
+// end where they end.
 uint64_t size_limit(std::span<const std::byte> head, const std::string& name) {
     if (mesh::is_qsplat({head, name}) || pm::is_model(head)) return UINT64_MAX;
     return splat::file_bytes(head, name);
@@ -108,7 +112,8 @@ void cut(const std::string& path, const Options& o, core::Report& report) {
     core::InputFile file(path, size_limit);
     const std::string name = file.name();
     if (pm::is_model(file.bytes()))
-        throw core::UsageError(name + ": is a progressive mesh, which pm-build --level takes resolutions out of");
+        throw core::UsageError(name +
+                               ": is a progressive mesh, which pm-build --level takes resolutions out of");
     core::OutputFile out(output);
     core::Json json = {{"file", name}, {"level", o.level}};
     json.update(write_cut(std::move(file), uint32_t(o.level), out));

@@ -252,7 +252,8 @@ void add_common_options(CLI::App& app, const std::string& version) {
                    "Write a report as JSON, one object a line; - for standard output")
         ->type_name("FILE")
         ->group(group);
-    app.add_option_function<std::string>("--completion", [](const std::string& shell) { throw CallForCompletion{shell}; })
+    app.add_option_function<std::string>("--completion",
+                                         [](const std::string& shell) { throw CallForCompletion{shell}; })
         ->check(one_of(completion_shells()))
         ->group(kCompletionGroup);
     app.set_version_flag("--version", version, "Print the version and exit")->group(group);
@@ -446,7 +447,8 @@ CLI::Option* add_rate(CLI::App& app, const std::string& names, double& bits_per_
     const auto take = [=, &bits_per_s](const std::string& input) {
         const std::optional<double> rate = parse_rate(input);
         if (!rate || !(*rate > 0))
-            throw UsageError(name + ": '" + input + "' is not a rate; give bits a second, as in 384k, 8M or 1G");
+            throw UsageError(name + ": '" + input +
+                             "' is not a rate; give bits a second, as in 384k, 8M or 1G");
         bits_per_s = *rate;
     };
     return app.add_option_function<std::string>(names, take, help)->type_name("RATE");

@@ -218,7 +218,8 @@ void SplatPainter::State::upload(const Use& gl) {
 
 SplatVariant SplatPainter::State::variant(SplatPass pass, bool quads) const {
     const render::SplatterOptions& options = params.options;
-    return {pass, options.kind, options.look.shade, options.has_colour, params.has_limits(), has_triangles, quads};
+    return {pass,          options.kind, options.look.shade, options.has_colour, params.has_limits(),
+            has_triangles, quads};
 }
 
 void SplatPainter::State::draw_variant(const Use& gl, const Part& part, const SplatVariant& variant,

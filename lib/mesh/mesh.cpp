@@ -88,8 +88,8 @@ std::string to_ply(const Mesh& mesh) {
             core::text("element face %zu\nproperty list uchar uint vertex_indices\n", mesh.triangles.size());
     out += "end_header\n";
 
-    const size_t vertex_bytes =
-        (is_double ? 24 : 12) + (mesh.normals.empty() ? 0 : 12) + (mesh.colours.empty() ? 0 : 3) + (mesh.radii.empty() ? 0 : 4);
+    const size_t vertex_bytes = (is_double ? 24 : 12) + (mesh.normals.empty() ? 0 : 12) +
+                                (mesh.colours.empty() ? 0 : 3) + (mesh.radii.empty() ? 0 : 4);
     out.reserve(out.size() + mesh.positions.size() * vertex_bytes + mesh.triangles.size() * 13);
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
         if (is_double)
