@@ -192,6 +192,8 @@ void add_counts(Json& answer, const splat::CutCounts& counts, const splat::Model
     answer["groups_missing"] = counts.groups_missing;
     answer["visited_bytes"] = node_bytes * double(counts.nodes_visited);
     answer["touched_bytes"] = double(counts.blocks_touched) * h.block_size;
+    // Of all cases so far, each block once.
+    answer["used_bytes"] = double(model.blocks_used()) * h.block_size;
     answer["touched_share"] = double(counts.blocks_touched) / double(h.block_count);
     answer["error_bound_px"] = counts.error_bound_px;
 }
