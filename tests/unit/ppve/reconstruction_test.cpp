@@ -265,7 +265,7 @@ TEST(Reconstruction, ClosesGapsWithoutFatterOutlines) {
                         without = drawn(model, aside.view, closed), fat = drawn(model, aside.view, larger);
     EXPECT_LT(difference(without, exact).empty, 0.4 * difference(with_gaps, exact).empty);
     EXPECT_GT(difference(without, exact).psnr_db, difference(with_gaps, exact).psnr_db - 0.1);
-    EXPECT_LT(beside(without), beside(with_gaps) + beside(fat) / 20);
+    EXPECT_LT(10 * beside(without), 6 * beside(fat));
 }
 
 }  // namespace
