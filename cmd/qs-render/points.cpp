@@ -72,13 +72,7 @@ std::vector<geom::Camera> cameras_of(const Arguments& a, ppve::Client& client) {
                                 file.name());
     }
     const ppve::Box box = client.wait_for_bounds();
-    const geom::Sphere bounds{0.5 * (box.low + box.high), 0.5 * glm::length(box.high - box.low)};
-    // The box's corners are what is known of the outline.
-    std::array<geom::Sphere, 8> corners{};
-    for (size_t k = 0; k < corners.size(); ++k)
-        for (int axis = 0; axis < 3; ++axis)
-            corners[k].centre[axis] = k >> axis & 1 ? box.high[axis] : box.low[axis];
-    return {a.camera.camera(bounds, corners, a.resolution[0] / a.resolution[1])};
+    return {a.camera.camera(box.sphere(), box.corners(), a.resolution[0] / a.resolution[1])};
 }
 
 double frames_per_s(const Arguments& a, const std::vector<geom::Camera>& path) {

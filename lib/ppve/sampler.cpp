@@ -20,6 +20,15 @@ void Box::add(const glm::dvec3& point) {
     is_empty = false;
 }
 
+geom::Sphere Box::sphere() const { return {0.5 * (low + high), 0.5 * glm::length(high - low)}; }
+
+std::array<geom::Sphere, 8> Box::corners() const {
+    std::array<geom::Sphere, 8> corners{};
+    for (size_t k = 0; k < corners.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis) corners[k].centre[axis] = k >> axis & 1 ? high[axis] : low[axis];
+    return corners;
+}
+
 DepthRange depths_in(const Frustum& frustum, const Box& box) {
     if (box.is_empty) return {};
     const geom::View& v = frustum.view;

@@ -8,10 +8,12 @@
 // surface's own, for whoever lights them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <string>
 
+#include "geom/sphere.h"
 #include "ppve/depth_image.h"
 
 namespace ppve {
@@ -22,6 +24,8 @@ struct Box {
     bool is_empty = true;
 
     void add(const glm::dvec3& point);
+    geom::Sphere sphere() const;                 // around it
+    std::array<geom::Sphere, 8> corners() const;  // of no radius: the outline of what only its box is known of
 };
 
 // Depths between which a frustum may meet a box: within near and far, and positive for a perspective one.

@@ -23,13 +23,14 @@ class Points final : public Subject {
                   return ppve::is_session_file(source) ? ppve::replay(source)
                                                        : ppve::connect_to_server(source, timeout_s);
               },
-              options) {
-        const ppve::Box box = client_.wait_for_bounds();
-        bounds_ = {0.5 * (box.low + box.high), 0.5 * glm::length(box.high - box.low)};
-    }
+              options),
+          box_(client_.wait_for_bounds()) {}
 
-    geom::Sphere bounds() const override { return bounds_; }
-    std::vector<geom::Sphere> outline() const override { return {bounds_}; }
+    geom::Sphere bounds() const override { return box_.sphere(); }
+    std::vector<geom::Sphere> outline() const override {
+        const auto corners = box_.corners();
+        return {corners.begin(), corners.end()};
+    }
     std::string describe() const override { return "cpu: points of a server, in two steps"; }
     bool is_arriving() const override { return true; }
 
@@ -93,7 +94,7 @@ class Points final : public Subject {
     // Of the last failure: how many there had been, and how many answers.
     uint64_t failures_ = 0, updates_ = 0;
     ppve::Client client_;
-    geom::Sphere bounds_;
+    ppve::Box box_;
     ppve::Reconstruction reconstruction_;
     std::shared_ptr<const ppve::PointModel> shown_;
     bool was_settled_ = false;

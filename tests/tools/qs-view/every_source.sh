@@ -28,6 +28,7 @@ shot ball.pm
 cmp shot.png drawn.png && echo "a progressive mesh"
 start pm-serve ball.pm --listen ./pm-socket
 wait_for test -S pm-socket
+drawn pm://./pm-socket/ball
 shot pm://./pm-socket/ball
 cmp shot.png drawn.png && echo "a progressive mesh at a server"
 
