@@ -37,6 +37,7 @@ http {
     }
 }
 CONF
-nginx -e stderr -c "$work/nginx.conf" &
+# Said before the port answers, so that who waits for that finds the addresses complete.
 for model in "$models"/*.qs; do echo "http://$(hostname):$port/$(basename "$model")"; done
+nginx -e stderr -c "$work/nginx.conf" &
 wait %1
