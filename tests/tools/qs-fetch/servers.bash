@@ -23,7 +23,7 @@ free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1
 
 wait_for() { # COMMAND...
     local i
-    for ((i = 0; i < 500; ++i)); do
+    for ((i = 0; i < 3000; ++i)); do
         "$@" > /dev/null 2>&1 && return
         sleep 0.02
     done
