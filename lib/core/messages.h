@@ -3,8 +3,7 @@
 //
 // Apart from program.h, which these belong to, because that takes the option parser with it: seconds of
 // compiling for every file that includes it.  Program says whose name stands before the lines and what
-// --quiet,
-// --verbose and --progress ask for.
+// --quiet, --verbose and --progress ask for.
 #pragma once
 
 #include <cstdint>

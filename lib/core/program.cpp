@@ -1,17 +1,8 @@
 #include "core/program.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <atomic>
-#include <charconv>
-#include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <limits>
-#include <mutex>
 #include <new>
 #include <optional>
 
@@ -19,41 +10,12 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
+#include "core/settings.h"
 #include "core/words.h"
 
 namespace core {
 
 namespace {
-
-// What the common options said, for the functions that have no Program at hand.  Written by
-// Program before the job starts, read by any thread after.
-struct Settings {
-    std::string program = "qs";
-    std::string progress = "auto";
-    std::string report;
-    int64_t threads = 0;
-    bool quiet = false;
-    bool verbose = false;
-};
-Settings settings;
-std::atomic<bool> has_failed{false};
-
-// Standard error holds whole lines and at most one progress line, which is erased before others.
-std::mutex talk_mutex;
-bool progress_is_drawn = false;
-
-void erase_progress() {
-    if (progress_is_drawn) std::fputs("\r\033[K", stderr);
-    progress_is_drawn = false;
-}
-
-void say(const std::string& line) {
-    const std::lock_guard lock(talk_mutex);
-    erase_progress();
-    std::fputs((settings.program + ": " + line + "\n").c_str(), stderr);
-}
-
-// ---- help ----
 
 constexpr size_t kHelpColumns = 110;
 constexpr size_t kHelpIndent = 40;  // where the right column starts
@@ -126,109 +88,6 @@ class HelpFormatter : public CLI::Formatter {
         return help;
     }
 };
-
-// ---- numbers ----
-
-// What messages call the option: its first long name, "--threshold".
-std::string shown_name(const std::string& names) {
-    for (const std::string& name : CLI::detail::split(names, ','))
-        if (name.starts_with("--") || !name.starts_with("-")) return name;
-    return names;
-}
-
-std::string shortest(double value) {
-    std::array<char, 32> buffer;
-    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-    return {buffer.data(), end};
-}
-
-// A finite number that is all of `input`, or nothing.  Independent of the locale.
-std::optional<double> parse_double(std::string_view input) {
-    if (input.size() > 1 && input[0] == '+' && input[1] != '-') input.remove_prefix(1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(input.data(), input.data() + input.size(), value);
-    if (error != std::errc() || end != input.data() + input.size() || !std::isfinite(value)) return {};
-    return value;
-}
-
-std::optional<int64_t> parse_integer(std::string_view input) {
-    if (input.size() > 1 && input[0] == '+' && input[1] != '-') input.remove_prefix(1);
-    int64_t value = 0;
-    const auto [end, error] = std::from_chars(input.data(), input.data() + input.size(), value);
-    if (error != std::errc() || end != input.data() + input.size()) return {};
-    return value;
-}
-
-// "; try 1.5" where `input` is a number written with a decimal comma.
-std::string hint_for_comma(const std::string& input) {
-    std::string with_point = input;
-    if (std::count(input.begin(), input.end(), ',') != 1) return "";
-    with_point[input.find(',')] = '.';
-    return parse_double(with_point) ? "; try " + with_point : "";
-}
-
-std::string range_sentence(const std::string& low, const std::string& high, const std::string& unit) {
-    const std::string of = unit.empty() ? "" : " " + unit;
-    if (high.empty()) return "at least " + low + of;
-    if (low.empty()) return "at most " + high + of;
-    return "from " + low + " to " + high + of;
-}
-
-std::string upper(std::string word) {
-    std::transform(word.begin(), word.end(), word.begin(),
-                   [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
-    return word;
-}
-
-constexpr std::string_view kSizeSuffixes = "KMG";
-
-std::optional<uint64_t> parse_size(std::string_view input) {
-    uint64_t value = 0;
-    const char* const last = input.data() + input.size();
-    const auto [end, error] = std::from_chars(input.data(), last, value);
-    if (error != std::errc()) return {};
-    if (end == last) return value;
-    const char letter = *end >= 'a' ? static_cast<char>(*end - 'a' + 'A') : *end;
-    const size_t power = kSizeSuffixes.find(letter);
-    if (end + 1 != last || power == std::string_view::npos) return {};
-    const unsigned shift = 10 * (static_cast<unsigned>(power) + 1);
-    if (value > std::numeric_limits<uint64_t>::max() >> shift) return {};
-    return value << shift;
-}
-
-// "33ms", "33", "0.033s" or "2m", in milliseconds.
-std::optional<double> parse_duration_ms(std::string_view input) {
-    constexpr std::pair<std::string_view, double> units[] = {{"ms", 1}, {"s", 1000}, {"m", 60'000}};
-    for (const auto& [suffix, ms] : units) {
-        if (!input.ends_with(suffix)) continue;
-        const std::optional<double> number = parse_double(input.substr(0, input.size() - suffix.size()));
-        return number ? std::optional(*number * ms) : std::nullopt;
-    }
-    return parse_double(input);
-}
-
-// "384k", "8M", "1.5G" or "9600", in bits a second; powers of 1000, as rates of links are told.
-std::optional<double> parse_rate(std::string_view input) {
-    constexpr std::pair<char, double> units[] = {{'k', 1e3}, {'K', 1e3}, {'M', 1e6}, {'G', 1e9}};
-    for (const auto& [suffix, factor] : units) {
-        if (!input.ends_with(suffix)) continue;
-        const std::optional<double> number = parse_double(input.substr(0, input.size() - 1));
-        return number ? std::optional(*number * factor) : std::nullopt;
-    }
-    return parse_double(input);
-}
-
-std::string shown_size(uint64_t bytes) {
-    std::string suffix;
-    for (const char letter : kSizeSuffixes) {
-        if (bytes == 0 || bytes % 1024 != 0) break;
-        bytes /= 1024;
-        suffix = letter;
-    }
-    return std::to_string(bytes) + suffix;
-}
-
-// ---- command line ----
 
 constexpr const char* kHelpNames = "-h,--help";
 constexpr const char* kHelpText = "Print this help and exit";
@@ -372,116 +231,6 @@ int Program::run(int argc, char** argv, const std::function<void()>& job) {
     });
 }
 
-CLI::Option* add_number(CLI::App& app, const std::string& names, double& value, double low, double high,
-                        const std::string& unit, const std::string& help) {
-    const std::string name = shown_name(names);
-    const auto take = [=, &value](const std::string& input) {
-        const std::string of = unit.empty() ? "" : " of " + unit;
-        const std::optional<double> number = parse_double(input);
-        if (!number)
-            throw UsageError(name + ": '" + input + "' is not a number" + of + hint_for_comma(input));
-        if (!(*number >= low && *number <= high)) {
-            const std::string range = range_sentence(std::isfinite(low) ? shortest(low) : "",
-                                                     std::isfinite(high) ? shortest(high) : "", unit);
-            throw UsageError(name + ": " + input + " is out of range; it must be " + range);
-        }
-        value = *number;
-    };
-    return app.add_option_function<std::string>(names, take, help)
-        ->type_name(unit.empty() ? "NUMBER" : upper(unit))
-        ->default_str(std::isfinite(value) ? shortest(value) : "");
-}
-
-CLI::Option* add_integer(CLI::App& app, const std::string& names, int64_t& value, int64_t low, int64_t high,
-                         const std::string& help) {
-    const std::string name = shown_name(names);
-    const auto take = [=, &value](const std::string& input) {
-        const std::optional<int64_t> number = parse_integer(input);
-        if (!number) throw UsageError(name + ": '" + input + "' is not a whole number");
-        if (*number < low || *number > high) {
-            const std::string range =
-                range_sentence(low > std::numeric_limits<int64_t>::min() ? std::to_string(low) : "",
-                               high < std::numeric_limits<int64_t>::max() ? std::to_string(high) : "", "");
-            throw UsageError(name + ": " + input + " is out of range; it must be " + range);
-        }
-        value = *number;
-    };
-    return app.add_option_function<std::string>(names, take, help)
-        ->type_name("N")
-        ->default_str(std::to_string(value));
-}
-
-CLI::Option* add_size(CLI::App& app, const std::string& names, uint64_t& value, const std::string& help) {
-    const std::string name = shown_name(names);
-    const auto take = [=, &value](const std::string& input) {
-        const std::optional<uint64_t> size = parse_size(input);
-        if (!size)
-            throw UsageError(name + ": '" + input + "' is not a size; give bytes, as in 4096, 64K, 8M or 2G");
-        value = *size;
-    };
-    return app.add_option_function<std::string>(names, take, help)
-        ->type_name("SIZE")
-        ->default_str(shown_size(value));
-}
-
-CLI::Option* add_duration(CLI::App& app, const std::string& names, double& value_ms, double low_ms,
-                          double high_ms, const std::string& help) {
-    const std::string name = shown_name(names);
-    const auto take = [=, &value_ms](const std::string& input) {
-        const std::optional<double> ms = parse_duration_ms(input);
-        if (!ms)
-            throw UsageError(name + ": '" + input +
-                             "' is not a time; give milliseconds, as in 33, 33ms or 0.033s");
-        if (!(*ms >= low_ms && *ms <= high_ms))
-            throw UsageError(name + ": " + input + " is out of range; it must be " +
-                             range_sentence(shortest(low_ms), shortest(high_ms), "ms"));
-        value_ms = *ms;
-    };
-    return app.add_option_function<std::string>(names, take, help)
-        ->type_name("TIME")
-        ->default_str(std::isfinite(value_ms) ? shortest(value_ms) + "ms" : "");
-}
-
-CLI::Option* add_rate(CLI::App& app, const std::string& names, double& bits_per_s, const std::string& help) {
-    const std::string name = shown_name(names);
-    const auto take = [=, &bits_per_s](const std::string& input) {
-        const std::optional<double> rate = parse_rate(input);
-        if (!rate || !(*rate > 0))
-            throw UsageError(name + ": '" + input +
-                             "' is not a rate; give bits a second, as in 384k, 8M or 1G");
-        bits_per_s = *rate;
-    };
-    return app.add_option_function<std::string>(names, take, help)->type_name("RATE");
-}
-
-CLI::Option* add_numbers(CLI::App& app, const std::string& names, std::span<double> values,
-                         const std::string& form, const std::string& help) {
-    const std::string name = shown_name(names);
-    const auto take = [=](const std::string& input) {
-        std::vector<double> numbers;
-        size_t begin = 0;
-        while (begin <= input.size()) {
-            const size_t end = std::min(input.find(',', begin), input.size());
-            const std::optional<double> number =
-                parse_double(std::string_view(input).substr(begin, end - begin));
-            if (!number) break;
-            numbers.push_back(*number);
-            begin = end + 1;
-        }
-        if (begin <= input.size() || numbers.size() != values.size())
-            throw UsageError(name + ": '" + input + "' is not " + form + ", " +
-                             std::to_string(values.size()) + " numbers with commas between");
-        std::copy(numbers.begin(), numbers.end(), values.begin());
-    };
-    std::string shown;
-    for (const double value : values) shown += (shown.empty() ? "" : ",") + shortest(value);
-    const bool has_default =
-        std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-    return app.add_option_function<std::string>(names, take, help)
-        ->type_name(form)
-        ->default_str(has_default ? shown : "");
-}
-
 CLI::Option* Program::add_number(const std::string& names, double& value, double low, double high,
                                  const std::string& unit, const std::string& help) {
     return core::add_number(options, names, value, low, high, unit, help);
@@ -504,113 +253,6 @@ CLI::Option* Program::add_duration(const std::string& names, double& value_ms, d
 CLI::Option* Program::add_numbers(const std::string& names, std::span<double> values, const std::string& form,
                                   const std::string& help) {
     return core::add_numbers(options, names, values, form, help);
-}
-
-void warn(const std::string& sentence) {
-    if (!settings.quiet) say("warning: " + sentence);
-}
-
-void notice(const std::string& sentence) {
-    if (settings.verbose) say(sentence);
-}
-
-void fail(const std::string& sentence) {
-    has_failed = true;
-    say(sentence);
-}
-
-void print(std::string_view text) {
-    {
-        const std::lock_guard lock(talk_mutex);
-        erase_progress();
-    }
-    write_standard_output(text, false);
-}
-
-struct Progress::State {
-    using Clock = std::chrono::steady_clock;
-
-    std::string what;
-    uint64_t total;
-    bool drawn;
-    std::mutex mutex;
-    Clock::time_point next;
-
-    void draw(uint64_t done) {
-        std::string line = "\r" + settings.program + ": " + what + " ";
-        if (total > 0) {
-            line += text("%.0f%%",
-                         100.0 * static_cast<double>(std::min(done, total)) / static_cast<double>(total));
-        } else {
-            line += std::to_string(done);
-        }
-        const std::lock_guard lock(talk_mutex);
-        std::fputs((line + "\033[K").c_str(), stderr);
-        progress_is_drawn = true;
-        next = Clock::now() + std::chrono::milliseconds(100);
-    }
-};
-
-Progress::Progress(std::string what, uint64_t total) : state_(std::make_unique<State>()) {
-    state_->what = std::move(what);
-    state_->total = total;
-    const bool wanted =
-        settings.progress == "always" || (settings.progress == "auto" && ::isatty(STDERR_FILENO));
-    state_->drawn = wanted && !settings.quiet;
-    if (state_->drawn) state_->draw(0);
-}
-
-Progress::~Progress() {
-    if (!state_->drawn) return;
-    const std::lock_guard lock(talk_mutex);
-    erase_progress();
-}
-
-void Progress::update(uint64_t done) {
-    if (!state_->drawn) return;
-    // A thread that finds another one drawing goes on with its work.
-    const std::unique_lock lock(state_->mutex, std::try_to_lock);
-    if (lock && State::Clock::now() >= state_->next) state_->draw(done);
-}
-
-struct Report::State {
-    explicit State(const std::string& path) : file(path) {}
-    OutputFile file;
-};
-
-Report::Report(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs) {
-    for (const std::string& input : inputs)
-        if (same_file(input, settings.report))
-            throw UsageError("--report: " + settings.report + " is what the job reads");
-    const std::string file = overwritten_file(settings.report);
-    const auto is_report = [&](const std::string& output) {
-        if (output == "-" && settings.report == "-") return true;
-        return !file.empty() && overwritten_file(output) == file;
-    };
-    for (const std::string& output : outputs)
-        if (is_report(output))
-            throw UsageError("--report: " + (output == "-" ? "standard output" : output) +
-                             " is what the job writes");
-    if (!settings.report.empty()) state_ = std::make_unique<State>(settings.report);
-}
-
-Report::~Report() = default;
-
-bool Report::is_wanted() const {
-    return state_ != nullptr;
-}
-
-bool Report::is_standard_output() const {
-    return state_ && settings.report == "-";
-}
-
-void Report::write(const Json& line) {
-    // Numbers that are not finite become null; a name that is not UTF-8 keeps what can be shown.
-    if (state_) state_->file.write(line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
-}
-
-void Report::commit() {
-    if (state_) state_->file.commit();
 }
 
 }  // namespace core

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/messages.h"
+#include "core/number_options.h"
 #include "core/report.h"
 
 namespace core {
@@ -39,7 +40,7 @@ class Program {
     // Numbers with a range, refusing nan, trailing text, and "-5" for a size; --help shows the
     // default, messages name the option.  `unit` is for the message ("pixels", "degrees").
     // A bound or default that is not finite means "none".  Nothing is written to `value` unless the
-    // option is given and right.  For a subcommand's options, call the functions below.
+    // option is given and right.  For a subcommand's options, call those of number_options.h.
     CLI::Option* add_number(const std::string& names, double& value, double low, double high,
                             const std::string& unit, const std::string& help);
     CLI::Option* add_integer(const std::string& names, int64_t& value, int64_t low, int64_t high,
@@ -59,18 +60,5 @@ class Program {
   private:
     std::string name_, version_;
 };
-
-// The same for any CLI::App below a Program's `options`.
-CLI::Option* add_number(CLI::App& app, const std::string& names, double& value, double low, double high,
-                        const std::string& unit, const std::string& help);
-CLI::Option* add_integer(CLI::App& app, const std::string& names, int64_t& value, int64_t low, int64_t high,
-                         const std::string& help);
-CLI::Option* add_size(CLI::App& app, const std::string& names, uint64_t& value, const std::string& help);
-CLI::Option* add_duration(CLI::App& app, const std::string& names, double& value_ms, double low_ms,
-                          double high_ms, const std::string& help);
-CLI::Option* add_numbers(CLI::App& app, const std::string& names, std::span<double> values,
-                         const std::string& form, const std::string& help);
-// Bits a second: 9600, 384k, 8M, 1G (powers of 1000), above 0.  No default is shown.
-CLI::Option* add_rate(CLI::App& app, const std::string& names, double& bits_per_s, const std::string& help);
 
 }  // namespace core
