@@ -14,12 +14,12 @@
 #include "qs-render/film.h"
 #include "qs-render/mesh_film.h"
 #include "qs-render/points.h"
-#include "scene/sources.h"
 #include "scene/backends.h"
 #include "scene/draw.h"
 #include "scene/explain.h"
 #include "scene/outputs.h"
 #include "scene/plan.h"
+#include "scene/sources.h"
 
 namespace {
 
@@ -33,11 +33,10 @@ using Path = std::vector<geom::PathFrame>;
 // Lines that are wrong are among them with --keep-going only.
 Path cameras_of(const Arguments& a, const Models& models) {
     if (a.path.empty()) {
-        const geom::Camera camera =
-            a.camera.camera(scene::bounds_of(models.placed()),
-                            a.camera.needs_outline() ? scene::outline_of(models.placed())
-                                                     : std::vector<geom::Sphere>(),
-                            a.resolution[0] / a.resolution[1]);
+        const geom::Camera camera = a.camera.camera(
+            scene::bounds_of(models.placed()),
+            a.camera.needs_outline() ? scene::outline_of(models.placed()) : std::vector<geom::Sphere>(),
+            a.resolution[0] / a.resolution[1]);
         const size_t count = std::max<size_t>(1, qs_render::snapshot_times_s(a.streaming.snapshot).size());
         return Path(count, {camera, ""});
     }
@@ -145,9 +144,8 @@ void plan(const Arguments& a, const scene::DrawOptions& draw, const Models& mode
     stream.show({view}, draw);
     stream.settle(painter);
     render::Frame frame;
-    const scene::DrawReport drawn = painter.draw(view, draw, frame);
-    const scene::Plan plan =
-        scene::plan_of(models.placed(), drawn, finder.find(view, draw, std::nullopt), draw.cut);
+    painter.draw(view, draw, frame);
+    const scene::Plan plan = scene::plan_of(models.placed(), finder.find(view, draw, std::nullopt), draw.cut);
     core::print(a.json ? scene::to_json(plan).dump() + "\n" : scene::to_text(plan));
 }
 
@@ -160,7 +158,8 @@ void run(const Arguments& a) {
     if (qs_render::are_progressive(sources)) return qs_render::draw_progressive(a, sources[0].file);
     const scene::DrawOptions draw = qs_render::draw_options(a);
     const Clock::time_point start = Clock::now();
-    const Models models(sources, a.streaming.cache, {!a.streaming.draws_at_once(), a.path.empty() && a.camera.needs_outline()});
+    const Models models(sources, a.streaming.cache,
+                        {!a.streaming.draws_at_once(), a.path.empty() && a.camera.needs_outline()});
     const Path path = cameras_of(a, models);
     const std::vector<std::string> inputs = inputs_of(a, sources);
     const std::vector<int> frames = qs_render::frame_numbers(qs_render::frame_range(a), path.size());

@@ -118,6 +118,7 @@ void Film::end_streaming(std::span<Picture> pictures) {
     const scene::StreamReport report = stream_->look(painter_, drawn);
     for (Picture& picture : pictures) picture.lines.back().stream = report;
     unsettled_count_ += report.visible_blocks_missing > 0;
+    cut_short_count_ += report.visible_blocks_missing > 0 && report.is_budget_used;
 }
 
 void Film::draw_again_and_again(const geom::View& view, scene::FrameReport line, Picture& picture) {
@@ -191,8 +192,12 @@ void Film::finish() {
         core::warn(text("threshold %g px not met in %zu of %zu frames: the model's leaves are coarser",
                         options_.cut.threshold_px, coarse_count_, drawn_count_));
     if (a_.has_budget()) say_how_budget_was_held();
-    const bool may_lack = a_.streaming.draws_at_once() || a_.streaming.has_budget();
-    if (unsettled_count_ > 0 && !may_lack)
+    if (cut_short_count_ > 0)
+        core::warn(
+            text("--byte-budget of %llu bytes is used up: %llu of %zu frames lack blocks that can be seen",
+                 static_cast<unsigned long long>(a_.streaming.byte_budget),
+                 static_cast<unsigned long long>(cut_short_count_), drawn_count_));
+    else if (unsettled_count_ > 0 && !a_.streaming.draws_at_once())
         core::warn(text("%llu of %zu frames lack blocks that can be seen and did not come",
                         static_cast<unsigned long long>(unsettled_count_), drawn_count_));
 }

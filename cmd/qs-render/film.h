@@ -66,7 +66,7 @@ class Film {
     const scene::DrawOptions& options_;
     const scene::Screen screen_;
     scene::Stream* stream_ = nullptr;
-    uint64_t unsettled_count_ = 0;
+    uint64_t unsettled_count_ = 0, cut_short_count_ = 0;  // frames that lack what is seen; for want of bytes
     const bool are_complete_;
     core::Report report_;
     PictureFiles files_;

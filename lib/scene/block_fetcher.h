@@ -21,6 +21,8 @@ class BlockFetcher {
     virtual bool wait(double timeout_s) = 0;
     // A file was replaced by another version: what is there stays, and nothing more comes.
     virtual bool has_ended() const = 0;
+    // At most so much comes over the network until the block is there, if nothing has to be sent again.
+    virtual uint64_t most_bytes(const BlockRequest& request) const = 0;
 
     struct Counters {
         uint64_t bytes = 0, requests = 0;  // of the network, since the models were opened, that included

@@ -63,9 +63,9 @@ struct ModelPlan {
 // Around all of them; there is one at least.
 geom::Sphere bounds_of(std::span<const PlacedModel> models);
 
-// Spheres that hold all surfaces, some thousand for a model: those of its fourth level, which stand in the
-// first ten kilobytes of the file.
-inline constexpr uint32_t kOutlineLevel = 4;
+// Spheres that hold all surfaces, some hundred for a model: those of its third level.  They stand in the first
+// four kilobytes of the file, so that the first picture of one that is arriving waits for no more.
+inline constexpr uint32_t kOutlineLevel = 3;
 std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models);
 
 // Draws one or more models again and again; buffers are kept from frame to frame.  Grey models among coloured

@@ -29,8 +29,8 @@ class Levels {
                 is_known ? splat::level_prefix(model, level) : splat::LevelPrefix();
             is_known = prefix.is_known;
             const double last = begin_.back() - begin_[begin_.size() - 2];
-            const double next = is_known ? double(prefix.bytes - header.block_at(0)) / header.block_size
-                                         : begin_.back() + kFanOut * std::max(last, 1 / kFanOut);
+            const double next =
+                is_known ? double(prefix.blocks) : begin_.back() + kFanOut * std::max(last, 1 / kFanOut);
             begin_.push_back(std::clamp(next, begin_.back(), end_));
         }
     }
@@ -101,13 +101,12 @@ class Needed {
 
 }  // namespace
 
-Plan plan_of(std::span<const PlacedModel> models, const DrawReport& drawn, std::span<const Lack> lacks,
-             const splat::CutOptions& cut) {
+Plan plan_of(std::span<const PlacedModel> models, std::span<const Lack> lacks, const splat::CutOptions& cut) {
     Plan plan;
-    plan.present_bytes = drawn.bytes_touched;
     for (size_t m = 0; m < models.size(); ++m) {
         const splat::Model& model = *models[m].model;
         plan.file_bytes += model.size_bytes();
+        plan.present_bytes += model.blocks_used() * model.mean_block_bytes();
         Needed needed(model);
         std::vector<Lack> waiting;
         std::copy_if(lacks.begin(), lacks.end(), std::back_inserter(waiting),
@@ -119,7 +118,7 @@ Plan plan_of(std::span<const PlacedModel> models, const DrawReport& drawn, std::
                                [&](const Lack& lack) { return lack.node.block != begin->node.block; });
             needed.add({begin, end}, cut);
         }
-        plan.missing_bytes += needed.missing() * model.header().block_size;
+        plan.missing_bytes += needed.missing() * model.mean_block_bytes();
     }
     return plan;
 }

@@ -18,9 +18,8 @@ struct Plan {
     uint64_t missing_bytes = 0;  // that will have to be fetched: an estimate, but for 0
 };
 
-// `drawn`: of the view, for which `lacks` were found.
-Plan plan_of(std::span<const PlacedModel> models, const DrawReport& drawn, std::span<const Lack> lacks,
-             const splat::CutOptions& cut);
+// Of a view that was drawn, and no other, for which `lacks` were found.
+Plan plan_of(std::span<const PlacedModel> models, std::span<const Lack> lacks, const splat::CutOptions& cut);
 
 std::string to_text(const Plan& plan);
 core::Json to_json(const Plan& plan);

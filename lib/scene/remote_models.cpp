@@ -33,12 +33,25 @@ fetch::ClientOptions client_options(const std::string& cache) {
             .daemon_arguments = {}};
 }
 
+// The blocks of a file that hold some bytes of it, at least one.
+struct FileBlocks {
+    uint32_t first, last;
+};
+FileBlocks file_blocks(const fetch::RemoteFile& file, uint64_t offset, uint64_t size) {
+    return {uint32_t(offset / file.block_bytes()), uint32_t((offset + size - 1) / file.block_bytes())};
+}
+
 bool is_there(const fetch::RemoteFile& file, uint64_t offset, uint64_t size) {
-    const auto first = uint32_t(offset / file.block_bytes()),
-               last = uint32_t((offset + size - 1) / file.block_bytes());
-    for (uint32_t block = first; block <= last; ++block)
+    const FileBlocks blocks = file_blocks(file, offset, size);
+    for (uint32_t block = blocks.first; block <= blocks.last; ++block)
         if (file.block(block).empty()) return false;
     return true;
+}
+
+void add_wants(std::vector<fetch::Want>& wants, const fetch::RemoteFile& file, uint64_t offset, uint64_t size,
+               float priority) {
+    const FileBlocks blocks = file_blocks(file, offset, size);
+    for (uint32_t block = blocks.first; block <= blocks.last; ++block) wants.push_back({block, priority});
 }
 
 class RemoteSource final : public splat::BlockSource {
@@ -70,14 +83,38 @@ struct RemoteModels::State {
     };
     struct Place {
         File* file = nullptr;
-        uint64_t first_block_offset = 0;
-        uint32_t block_bytes = 0;
+        const splat::Model* model = nullptr;
     };
 
     fetch::Connection connection;
     std::map<std::string, File> files;  // by URL
     std::vector<Place> places;          // by model
     Counters before;
+
+    // Asks for what wants_left() names, which is what a first picture needs or more, until it names nothing.
+    template <class WantsLeft>
+    void bring(const std::string& url, const WantsLeft& wants_left) {
+        fetch::RemoteFile& file = *files.at(url).file;
+        const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(kOpenTimeout_s);
+        for (std::vector<fetch::Want> wants = wants_left(file); !wants.empty();) {
+            add_wants(wants, file, 0, std::min(kFirstPictureBytes, file.bytes()), 1);
+            file.want(wants);
+            if (!file.failure().empty()) throw core::Error(url + ": " + file.failure());
+            if (std::chrono::steady_clock::now() > until)
+                throw core::Error(
+                    url + (file.trouble().empty() ? ": the server does not answer" : ": " + file.trouble()));
+            connection.wait(1);
+            wants = wants_left(file);
+        }
+    }
+    void bring_bytes(const std::string& url, uint64_t bytes) {
+        bring(url, [&](const fetch::RemoteFile& file) {
+            std::vector<fetch::Want> wants;
+            const uint64_t wanted = std::min(bytes, file.bytes());
+            if (!is_there(file, 0, wanted)) add_wants(wants, file, 0, wanted, 1);
+            return wants;
+        });
+    }
 
     // Of all the daemon has done; only where it serves no others are these this program's.
     Counters daemon_counters() {
@@ -99,43 +136,40 @@ RemoteModels::~RemoteModels() = default;
 std::unique_ptr<const splat::BlockSource> RemoteModels::open(const std::string& url) {
     State::File& known = state_->files[url];
     if (!known.file) known.file = state_->connection.open(url, kOpenTimeout_s);
-    bring(url, splat::kBlocksAt);
+    state_->bring_bytes(url, splat::kBlocksAt);
+    const uint64_t head = std::min<uint64_t>(splat::kBlocksAt, known.file->bytes());
+    state_->bring_bytes(url, splat::header_extent({known.file->block(0).data(), head}));
     return std::make_unique<RemoteSource>(url, *known.file);
 }
 
-void RemoteModels::bring(const std::string& url, uint64_t bytes) {
-    fetch::RemoteFile& file = *state_->files.at(url).file;
-    bytes = std::min(bytes, file.bytes());
-    std::vector<fetch::Want> wants;
-    const uint64_t wanted = std::min(std::max(bytes, kFirstPictureBytes), file.bytes());
-    for (uint32_t block = 0; uint64_t{block} * file.block_bytes() < wanted; ++block)
-        wants.push_back({block, 1});
-    file.want(wants);
-    const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(kOpenTimeout_s);
-    while (!is_there(file, 0, bytes)) {
-        if (!file.failure().empty()) throw core::Error(url + ": " + file.failure());
-        if (std::chrono::steady_clock::now() > until)
-            throw core::Error(
-                url + (file.trouble().empty() ? ": the server does not answer" : ": " + file.trouble()));
-        if (state_->connection.wait(1)) file.want(wants);
-    }
+void RemoteModels::bring_first_picture(const std::string& url) {
+    state_->bring_bytes(url, kFirstPictureBytes);
 }
 
-void RemoteModels::place(const std::string& url, size_t model, uint64_t first_block_offset,
-                         uint32_t block_bytes) {
-    if (state_->places.size() <= model) state_->places.resize(model + 1);
-    state_->places[model] = {&state_->files.at(url), first_block_offset, block_bytes};
+void RemoteModels::bring_blocks(const std::string& url, const splat::Model& model, uint64_t blocks) {
+    state_->bring(url, [&](const fetch::RemoteFile& file) {
+        model.take_stock();
+        std::vector<fetch::Want> wants;
+        for (uint64_t block = 0; block < std::min(blocks, model.blocks_present()); ++block) {
+            if (model.is_there(block)) continue;
+            const splat::CodedPlace next = model.next_bytes(block).place;
+            add_wants(wants, file, next.offset, next.size, 1);
+        }
+        return wants;
+    });
+}
+
+void RemoteModels::place(const std::string& url, size_t place, const splat::Model& model) {
+    if (state_->places.size() <= place) state_->places.resize(place + 1);
+    state_->places[place] = {&state_->files.at(url), &model};
 }
 
 void RemoteModels::ask(std::span<const BlockRequest> requests) {
     std::map<State::File*, std::vector<fetch::Want>> wants;
     for (const BlockRequest& request : requests) {
         const State::Place& place = state_->places[request.model];
-        const uint64_t offset = place.first_block_offset + request.block * place.block_bytes;
-        const fetch::RemoteFile& file = *place.file->file;
-        const uint64_t last = (offset + place.block_bytes - 1) / file.block_bytes();
-        for (uint64_t block = offset / file.block_bytes(); block <= last; ++block)
-            wants[place.file].push_back({uint32_t(block), request.priority});
+        const splat::CodedPlace next = place.model->next_bytes(request.block).place;
+        add_wants(wants[place.file], *place.file->file, next.offset, next.size, request.priority);
     }
     for (auto& [url, file] : state_->files) {
         const auto found = wants.find(&file);
@@ -157,6 +191,21 @@ bool RemoteModels::wait(double timeout_s) {
 bool RemoteModels::has_ended() const {
     return std::any_of(state_->files.begin(), state_->files.end(),
                        [](const auto& file) { return file.second.file->is_replaced(); });
+}
+
+uint64_t RemoteModels::most_bytes(const BlockRequest& request) const {
+    const State::Place& place = state_->places[request.model];
+    const fetch::RemoteFile& file = *place.file->file;
+    const splat::FoundPlace next = place.model->next_bytes(request.block);
+    uint64_t bytes = 0;
+    const FileBlocks blocks = file_blocks(file, next.place.offset, next.place.size);
+    for (uint32_t block = blocks.first; block <= blocks.last; ++block)
+        bytes += file.block(block).empty() ? file.block_bytes() : 0;
+    if (next.is_block) return bytes;
+    // Behind the page are others, at most, and the block, which begin and end anywhere.
+    const uint64_t pages = place.model->coded()->index().levels() - 1;
+    return bytes + pages * (splat::kMostPageBytes + file.block_bytes()) + place.model->header().block_size +
+           file.block_bytes();
 }
 
 BlockFetcher::Counters RemoteModels::counters() {

@@ -8,6 +8,7 @@
 
 #include "scene/block_fetcher.h"
 #include "splat/block_source.h"
+#include "splat/model.h"
 
 namespace scene {
 
@@ -29,14 +30,18 @@ class RemoteModels final : public BlockFetcher {
     // Waits for the header of a model.  The source lives no longer than this.  Throws core::Error with the
     // reason where it cannot be had.
     std::unique_ptr<const splat::BlockSource> open(const std::string& url);
-    // Waits for the first `bytes` of a file that is open; what a first picture needs is asked for with them.
-    void bring(const std::string& url, uint64_t bytes);
-    // That the model of `url` is at this place among those that are drawn, for ask().
-    void place(const std::string& url, size_t model, uint64_t first_block_offset, uint32_t block_bytes);
+    // Waits for what a first picture needs of a file that is open.
+    void bring_first_picture(const std::string& url);
+    // Waits for the first `blocks` of the model of `url`; what a first picture needs is asked for with them.
+    void bring_blocks(const std::string& url, const splat::Model& model, uint64_t blocks);
+    // That the model of `url`, which lives as long as this is asked, is at this place among those that are
+    // drawn.
+    void place(const std::string& url, size_t place, const splat::Model& model);
 
     void ask(std::span<const BlockRequest> requests) override;
     bool wait(double timeout_s) override;
     bool has_ended() const override;
+    uint64_t most_bytes(const BlockRequest& request) const override;
     Counters counters() override;
 
     // What the user is to be told about the files, each once: that one was replaced, what is tried again.

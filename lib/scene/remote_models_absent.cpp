@@ -12,14 +12,18 @@ RemoteModels::~RemoteModels() = default;
 std::unique_ptr<const splat::BlockSource> RemoteModels::open(const std::string&) {
     return nullptr;
 }
-void RemoteModels::bring(const std::string&, uint64_t) {}
-void RemoteModels::place(const std::string&, size_t, uint64_t, uint32_t) {}
+void RemoteModels::bring_first_picture(const std::string&) {}
+void RemoteModels::bring_blocks(const std::string&, const splat::Model&, uint64_t) {}
+void RemoteModels::place(const std::string&, size_t, const splat::Model&) {}
 void RemoteModels::ask(std::span<const BlockRequest>) {}
 bool RemoteModels::wait(double) {
     return false;
 }
 bool RemoteModels::has_ended() const {
     return true;
+}
+uint64_t RemoteModels::most_bytes(const BlockRequest&) const {
+    return 0;
 }
 BlockFetcher::Counters RemoteModels::counters() {
     return {};

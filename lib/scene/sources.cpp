@@ -73,8 +73,7 @@ Models::Models(const std::vector<Source>& sources, const std::string& cache, con
     for (const Source& source : sources) {
         const splat::Model*& model = by_name[source.file];
         if (!model) model = &open(source.file, cache, beginning);
-        if (model->is_arriving())
-            remote_->place(source.file, placed_.size(), model->header().block_at(0), model->header().block_size);
+        if (model->is_arriving()) remote_->place(source.file, placed_.size(), *model);
         placed_.push_back({model, source.world_from_model});
     }
 }
@@ -84,15 +83,12 @@ const splat::Model& Models::open(const std::string& file, const std::string& cac
     if (!is_url(file)) return models_.emplace_back(open_model_file(file));
     if (!remote_) remote_ = std::make_unique<RemoteModels>(cache);
     const splat::Model& model = models_.emplace_back(remote_->open(file));
-    const auto bring = [&](uint64_t bytes) {
-        remote_->bring(file, bytes);
-        model.take_stock();
-    };
-    bring(beginning.needs_first_picture ? RemoteModels::kFirstPictureBytes : model.header().block_at(1));
+    if (beginning.needs_first_picture) remote_->bring_first_picture(file);
+    remote_->bring_blocks(file, model, 1);
     if (beginning.needs_outline)
         for (bool is_known = false; !is_known;) {
             const splat::LevelPrefix outline = splat::level_prefix(model, kOutlineLevel);
-            bring(outline.bytes);
+            remote_->bring_blocks(file, model, outline.blocks);
             is_known = outline.is_known;
         }
     return model;

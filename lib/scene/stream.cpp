@@ -151,7 +151,8 @@ std::vector<BlockRequest> Stream::requests_when_idle() {
     std::vector<geom::View> wider;
     for (const geom::View& view : wanted_) wider.push_back(widened(view));
     requests = requests_of(find_lacks(wider));
-    // Without what is hidden a picture is not quite that of the whole model: what waits may reach out from behind.
+    // Without what is hidden a picture is not quite that of the whole model: what waits may reach out from
+    // behind.
     if (requests.empty()) requests = requests_for_hidden(find_lacks(views_));
     return requests.empty() ? requests_for_rest() : requests;
 }
@@ -163,11 +164,11 @@ std::vector<BlockRequest> Stream::within_budget(std::vector<BlockRequest> reques
     size_t count = 0;
     uint64_t sum = 0;
     while (count < std::min(requests.size(), kMostOfBatch)) {
-        sum += models_[requests[count].model].model->header().block_size;
+        sum += fetcher_.most_bytes(requests[count]);
         if (sum > (count == 0 ? left : left / kBudgetParts)) break;
         ++count;
     }
-    is_budget_used_ = count == 0 && !requests.empty();
+    report_.is_budget_used = count == 0 && !requests.empty();
     requests.resize(count);
     return requests;
 }
@@ -183,7 +184,7 @@ void Stream::close_gaps(std::vector<BlockRequest>& requests) const {
     for (size_t i = 1; i < asked.size(); ++i) {
         const auto& [model, end] = asked[i];
         const uint64_t begin = asked[i - 1].second + 1;
-        const double widest = product / kGapParts / double(models_[model].model->header().block_size);
+        const double widest = product / kGapParts / double(models_[model].model->mean_block_bytes());
         if (asked[i - 1].first != model || begin >= end || double(end - begin) > widest) continue;
         for (uint64_t b = begin; b < end; ++b)
             if (!is_there({model, b})) requests.push_back({model, b, kLast});
@@ -222,7 +223,7 @@ void Stream::settle(ModelPainter& painter) {
             requests = requests_for_hidden(lacks);
         }
         ask(std::move(requests));
-        if (is_budget_used_) return;
+        if (report_.is_budget_used) return;
         while (!fetcher_.wait(kLongestWait_s) && !fetcher_.has_ended()) {
         }
         if (fetcher_.has_ended()) return;
@@ -282,9 +283,9 @@ void Stream::measure(std::span<const Lack> lacks, const ModelPainter& painter, c
     report_.wasted_bytes = 0;
     for (const Block& block : asked_)
         if (is_there(block) && !painter.has_used(block.first, block.second))
-            report_.wasted_bytes += models_[block.first].model->header().block_size;
+            report_.wasted_bytes += models_[block.first].model->mean_block_bytes();
     for (const PlacedModel& placed : models_)
-        used_bytes += placed.model->blocks_used() * placed.model->header().block_size;
+        used_bytes += placed.model->blocks_used() * placed.model->mean_block_bytes();
     report_.cache_hit_rate =
         1 - std::min(1.0, double(report_.network.bytes) / std::max(1.0, double(used_bytes)));
     const auto note = [&](std::optional<double>& time_s, bool is_reached) {

@@ -57,6 +57,7 @@ struct StreamReport {
     // Of the bytes used so far, the part that did not come over the network.
     double cache_hit_rate = 0;
     uint64_t wasted_bytes = 0;  // asked for and there, but never used for a picture
+    bool is_budget_used = false;  // so that more is lacking than will be asked for
     // When pictures of the view (since it last changed) first were there, lacked nothing that is visible, and
     // were better than kErrorSteps_px; by elapsed_s.
     std::optional<double> first_picture_s, full_coverage_s;
@@ -117,7 +118,6 @@ class Stream {
     std::set<Block> asked_;              // ever
     std::vector<BlockRequest> pending_;  // with a budget: of the last batch, what is not there
     std::vector<uint64_t> rest_from_;    // by model: blocks before it are there
-    bool is_budget_used_ = false;
     StreamReport report_;
 };
 

@@ -25,6 +25,7 @@ core::Json to_json(const StreamReport& report) {
     json["hit_rate"] = report.hit_rate;
     json["cache_hit_rate"] = report.cache_hit_rate;
     json["wasted_bytes"] = report.wasted_bytes;
+    json["is_budget_used"] = report.is_budget_used;
     json["first_picture_s"] = seconds(report.first_picture_s);
     json["full_coverage_s"] = seconds(report.full_coverage_s);
     for (size_t i = 0; i < kErrorSteps_px.size(); ++i)

@@ -123,12 +123,18 @@ BlockIndex::Page BlockIndex::open(std::span<const std::byte> file, CodedPlace ru
     return result;
 }
 
-CodedPlace BlockIndex::find(std::span<const std::byte> file, uint64_t begin, uint64_t end, uint64_t block,
-                            const std::string& name) const {
+FoundPlace BlockIndex::look_up(std::span<const std::byte> file, uint64_t begin, uint64_t end, uint64_t block,
+                               const IsThere& is_there, const std::string& name) const {
     CodedPlace place{begin, end - begin};
-    for (uint32_t level = levels_; level-- > 0;)
-        place = open(file, place, level, block >> 8 * (level + 1), name).place_of(block >> 8 * level & 255);
-    return place;
+    for (uint32_t level = levels_; level-- > 0;) {
+        const uint64_t page = block >> 8 * (level + 1);
+        // One that is longer than its run, or the file, is damaged: open() says so.
+        const CodedPlace of_page{place.offset, page_bytes(level, page)};
+        const bool is_possible = of_page.size <= place.size && of_page.offset + of_page.size <= file.size();
+        if (is_possible && !is_there(of_page)) return {of_page, false};
+        place = open(file, place, level, page, name).place_of(block >> 8 * level & 255);
+    }
+    return {place, true};
 }
 
 uint64_t BlockIndex::count_present(std::span<const std::byte> file, uint64_t begin, uint64_t end,

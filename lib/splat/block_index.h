@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,9 +15,19 @@
 namespace splat {
 
 constexpr uint32_t kPageEntries = 256;
+constexpr uint64_t kMostPageBytes = 4 + 8 * uint64_t{kPageEntries};
 
 struct CodedPlace {
     uint64_t offset, size;  // bytes, from the beginning of the file
+};
+
+// Whether bytes within a file are there.
+using IsThere = std::function<bool(const CodedPlace&)>;
+
+// What look_up() came to: a block; or a page that it is found by, and that is not there.
+struct FoundPlace {
+    CodedPlace place;
+    bool is_block;
 };
 
 class BlockIndex {
@@ -33,10 +44,11 @@ class BlockIndex {
     std::vector<std::byte> encode_page(uint32_t level, uint64_t page, std::span<const uint64_t> sizes) const;
 
     // Finds a block of a file whose index begins at `begin` and whose blocks end at `end`, for which it looks
-    // at `file`, which may be a prefix.  Throws core::Error "<name>: index page ...": cut off, or damaged.
-    // Blocks it finds lie between `begin` and `end`, apart from each other.
-    CodedPlace find(std::span<const std::byte> file, uint64_t begin, uint64_t end, uint64_t block,
-                    const std::string& name) const;
+    // at pages in `file`, which may be a prefix, that `is_there` says are there.  Throws core::Error
+    // "<name>: index page ...": cut off, or damaged.  What it finds lies between `begin` and `end`, blocks
+    // apart from each other.
+    FoundPlace look_up(std::span<const std::byte> file, uint64_t begin, uint64_t end, uint64_t block,
+                       const IsThere& is_there, const std::string& name) const;
 
     // How many blocks a prefix has in full, from the first one on.
     uint64_t count_present(std::span<const std::byte> file, uint64_t begin, uint64_t end,

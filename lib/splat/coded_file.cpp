@@ -43,6 +43,13 @@ std::vector<std::byte> encode_coded_header(const CodedHeader& header) {
     return std::move(out.bytes);
 }
 
+uint64_t coded_header_bytes(std::span<const std::byte> head) {
+    core::ByteReader r(head, "");
+    r.take<uint64_t>(), r.take<uint32_t>();
+    // Longer tables are refused when they are parsed; nobody waits for them.
+    return kCodedHeaderSize + kHeaderSize + std::min<uint64_t>(r.take<uint32_t>(), kMaxTableBytes) + 8;
+}
+
 CodedHeader parse_coded_header(std::span<const std::byte> file, const std::string& name) {
     core::ByteReader r(file, name);
     r.take<uint64_t>();
@@ -76,8 +83,13 @@ CodedHeader parse_coded_header(std::span<const std::byte> file, const std::strin
 }
 
 CodedFile::CodedFile(std::span<const std::byte> file, const std::string& name)
+    : CodedFile(
+          file, [](const CodedPlace&) { return true; }, name) {}
+
+CodedFile::CodedFile(std::span<const std::byte> file, IsThere is_there, const std::string& name)
     : file_(file),
       name_(name),
+      is_there_(std::move(is_there)),
       coded_(parse_coded_header(file, name)),
       header_(parse_header(coded_.plain, name)),
       index_(checked(coded_, header_, name).size() > 0 ? header_.block_count : 1),
@@ -93,7 +105,13 @@ uint64_t CodedFile::count_present() const {
 }
 
 CodedPlace CodedFile::place_of(uint64_t number) const {
-    return index_.find(file_, coded_.size(), coded_.file_size, number, name_);
+    const FoundPlace found = look_up(number);
+    if (!found.is_block) fault(number, found.place, "the page of the index that finds it is not there");
+    return found.place;
+}
+
+FoundPlace CodedFile::look_up(uint64_t number) const {
+    return index_.look_up(file_, coded_.size(), coded_.file_size, number, is_there_, name_);
 }
 
 void CodedFile::fault(uint64_t number, const CodedPlace& place, const std::string& what) const {

@@ -22,6 +22,8 @@ struct CodedHeader {
     uint64_t size() const;  // where the index begins
 };
 std::vector<std::byte> encode_coded_header(const CodedHeader& header);
+// How many bytes of a compressed file its header takes, told by the first kCodedHeaderSize of them.
+uint64_t coded_header_bytes(std::span<const std::byte> head);
 // Checks all but what the two parts say.  Throws core::Error "<name>: ...".
 CodedHeader parse_coded_header(std::span<const std::byte> file, const std::string& name);
 
@@ -30,6 +32,9 @@ class CodedFile {
     // `file` must outlive it, and may be a prefix.  Throws core::Error: cut off before the first block,
     // damaged.
     CodedFile(std::span<const std::byte> file, const std::string& name);
+    // A whole file that is arriving: its header is there.  Throws core::Error: damaged, or not all of it at
+    // its source.
+    CodedFile(std::span<const std::byte> file, IsThere is_there, const std::string& name);
 
     std::span<const std::byte> plain_header() const { return coded_.plain; }
     const Header& header() const { return header_; }
@@ -41,6 +46,8 @@ class CodedFile {
     uint64_t count_present() const;
     // Where a block is; only blocks that are present may be asked for.
     CodedPlace place_of(uint64_t number) const;
+    // Of any block of a file that is arriving: what of it, or of the index, is needed next.
+    FoundPlace look_up(uint64_t number) const;
 
     // Fills `block`, whose bytes are 0 or from an earlier attempt, with the bytes of the plain block, which
     // are not checked yet.  Throws core::Error where they are damaged.  Threads may share it.
@@ -54,6 +61,7 @@ class CodedFile {
 
     std::span<const std::byte> file_;
     std::string name_;
+    IsThere is_there_;
     CodedHeader coded_;
     Header header_;
     BlockIndex index_;

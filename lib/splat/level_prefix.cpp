@@ -44,14 +44,14 @@ LevelPrefix level_prefix(const Model& prefix, uint32_t levels) {
     if (levels >= header.level_count) level = {header.node_blocks(), 0};
     for (uint32_t i = 0; i < levels && levels < header.level_count; ++i) {
         const Search next = level_below(prefix, level);
-        if (next.lacking) return {false, bytes_to(prefix, *next.lacking)};
+        if (next.lacking) return {false, bytes_to(prefix, *next.lacking), *next.lacking + 1};
         if (next.begin.block < level.block ||
             (next.begin.block == level.block && next.begin.slot <= level.slot))
             prefix.fault(level.block, "its children do not stand behind it");
         level = next.begin;
     }
     const uint64_t last = level.slot > 0 ? level.block : level.block - 1;
-    return {prefix.has_block(last) || !prefix.coded(), bytes_to(prefix, last)};
+    return {prefix.has_block(last) || !prefix.coded(), bytes_to(prefix, last), last + 1};
 }
 
 }  // namespace splat

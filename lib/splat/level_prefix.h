@@ -13,6 +13,7 @@ struct LevelPrefix {
     // From the beginning of the file: where it is known, what levels 1 to `levels` take; where not, a larger
     // prefix that tells more.
     uint64_t bytes = 0;
+    uint64_t blocks = 0;  // the same, in blocks from the first one on
 };
 
 // `prefix`: a model of which the first blocks are there.  Of a compressed one, what is not known yet is

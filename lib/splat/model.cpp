@@ -23,25 +23,35 @@ uint64_t whole_plain_blocks(uint64_t file_bytes, const Header& header, const std
 }
 
 Header arriving_header(const BlockSource& source) {
-    const std::string name = source.name();
-    const uint64_t size = std::min<uint64_t>(kBlocksAt, source.file_bytes());
-    if (!source.has(0, size)) throw core::Error(name + ": its header is not there");
-    const std::span bytes(source.data(), size);
-    if (is_coded(bytes))
-        throw core::Error(name + ": is compressed, and its blocks cannot be fetched one by one; 'qs-fetch get' brings it whole, "
-                                 "and a model built without --compress can be drawn while it arrives");
-    return parse_header(bytes, name);
+    const auto head = [&](uint64_t bytes) {
+        bytes = std::min(bytes, source.file_bytes());
+        if (!source.has(0, bytes)) throw core::Error(source.name() + ": its header is not there");
+        return std::span(source.data(), bytes);
+    };
+    return parse_header(head(header_extent(head(kBlocksAt))), source.name());
+}
+
+std::unique_ptr<CodedFile> arriving_coded_file(const BlockSource& source) {
+    const auto is_there = [&source](const CodedPlace& place) { return source.has(place.offset, place.size); };
+    auto coded = std::make_unique<CodedFile>(std::span(source.data(), source.file_bytes()), is_there, source.name());
+    if (source.file_bytes() < coded->file_size())
+        throw core::Error(core::text("%s: is cut off at byte %llu of %llu; a compressed file that is can be drawn once it is "
+                                     "here ('qs-fetch get'), and not while it arrives",
+                                     source.name().c_str(), number(source.file_bytes()), number(coded->file_size())));
+    return coded;
 }
 
 }  // namespace
+
+uint64_t header_extent(std::span<const std::byte> head) {
+    return is_coded(head) && head.size() >= kCodedHeaderSize ? coded_header_bytes(head) : kBlocksAt;
+}
 
 Model::Model(core::InputFile file)
     : file_(std::move(file)), name_(file_->name()), header_(parse_header(file_->bytes(), name_)), layout_(header_) {
     if (is_coded(file_->bytes())) {
         coded_ = std::make_unique<CodedFile>(file_->bytes(), file_->name());
-        blocks_present_ = coded_->count_present();
-        own_ = core::AddressSpace(blocks_present_ * header_.block_size, file_->name());
-        blocks_ = own_.bytes().data();
+        take_coded(coded_->count_present());
     } else {
         blocks_present_ = whole_plain_blocks(file_->bytes().size(), header_, name_);
         blocks_ = file_->bytes().data() + header_.block_at(0);
@@ -51,10 +61,21 @@ Model::Model(core::InputFile file)
 
 Model::Model(std::unique_ptr<const BlockSource> source)
     : source_(std::move(source)), name_(source_->name()), header_(arriving_header(*source_)), layout_(header_) {
-    blocks_present_ = whole_plain_blocks(source_->file_bytes(), header_, name_);
-    blocks_ = source_->data() + header_.block_at(0);
+    if (is_coded({source_->data(), kHeaderSize})) {
+        coded_ = arriving_coded_file(*source_);
+        take_coded(header_.block_count);
+    } else {
+        blocks_present_ = whole_plain_blocks(source_->file_bytes(), header_, name_);
+        blocks_ = source_->data() + header_.block_at(0);
+    }
     make_room_for_blocks();
     looked_for_ = core::AddressSpace(blocks_present_ * sizeof(uint32_t), name_);
+}
+
+void Model::take_coded(uint64_t blocks_present) {
+    blocks_present_ = blocks_present;
+    own_ = core::AddressSpace(blocks_present_ * header_.block_size, name_);
+    blocks_ = own_.bytes().data();
 }
 
 void Model::make_room_for_blocks() {
@@ -65,12 +86,27 @@ void Model::make_room_for_blocks() {
 
 // Whoever looks first decides for all, so that a frame has one answer.
 bool Model::look_for(uint64_t number) const {
-    const uint32_t there = stock_ << 1 | uint32_t(source_->has(header_.block_at(number), header_.block_size));
+    const uint32_t there = stock_ << 1 | uint32_t(has_arrived(number));
     const auto known = stock_of(number);
     uint32_t before = known.load(std::memory_order_acquire);
     while (before >> 1 != stock_)
         if (known.compare_exchange_weak(before, there, std::memory_order_acq_rel)) before = there;
     return before & 1;
+}
+
+// What was decoded stays, whatever becomes of the bytes that it came from.
+bool Model::has_arrived(uint64_t number) const {
+    if (coded_ && checked(number).load(std::memory_order_acquire) != 0) return true;
+    const FoundPlace next = next_bytes(number);
+    return next.is_block && source_->has(next.place.offset, next.place.size);
+}
+
+FoundPlace Model::next_bytes(uint64_t block) const {
+    return coded_ ? coded_->look_up(block) : FoundPlace{{header_.block_at(block), header_.block_size}, true};
+}
+
+uint64_t Model::mean_block_bytes() const {
+    return coded_ ? (coded_->file_size() - coded_->header_size()) / header_.block_count : header_.block_size;
 }
 
 std::array<std::byte, kHeaderSize> Model::header_bytes() const {
@@ -89,7 +125,7 @@ uint64_t Model::prefix_bytes(uint64_t block) const {
 
 uint64_t Model::offset_of(uint64_t number) const {
     if (!coded_) return header_.block_at(number);
-    return number < blocks_present_ ? coded_->place_of(number).offset : size_bytes();
+    return number < blocks_present_ ? coded_->look_up(number).place.offset : size_bytes();
 }
 
 Node Model::root() const {

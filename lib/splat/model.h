@@ -2,7 +2,7 @@
 //
 // Blocks are checked when they are first used (checksum, counts, pointers), once, by whichever
 // thread comes first; after that nodes are decoded straight from the mapped bytes.  Those of a compressed file are
-// then first brought into their plain form, into memory of the model's own: it takes what is used of it.
+// then first brought into their plain form, into memory of the model's own: it takes what is used of it, and keeps it.
 #pragma once
 
 #include <algorithm>
@@ -24,6 +24,10 @@
 
 namespace splat {
 
+// How many bytes from the beginning of a file its header takes, with what is needed to read blocks; told by the first
+// 1024 of them, or all.
+uint64_t header_extent(std::span<const std::byte> head);
+
 // Where a sibling group lies: `slot` of its first node in `block`.
 struct GroupAt {
     uint64_t block = 0;
@@ -38,7 +42,8 @@ class Model {
     // for it.
     explicit Model(const std::string& path);
     Model(core::InputFile file);
-    // One that is arriving: its header must be there.  Throws core::Error as above, and where it is compressed.
+    // One that is arriving: its header must be there, all of header_extent().  Throws core::Error as above, and where
+    // the source does not have all of a compressed one.
     explicit Model(std::unique_ptr<const BlockSource> source);
 
     const Header& header() const { return header_; }
@@ -52,6 +57,13 @@ class Model {
     bool is_complete() const { return !source_ && blocks_present_ == header_.block_count; }
     size_t size_bytes() const { return source_ ? size_t(source_->file_bytes()) : file_->bytes().size(); }
     const CodedFile* coded() const { return coded_.get(); }  // null where the file is plain
+
+    // What a block takes in the file, in the mean; in a plain one each does.
+    uint64_t mean_block_bytes() const;
+
+    // Of one that is arriving: the bytes of the file that are needed next for a block.  They are its own, or, in a
+    // compressed one, those of a page of the index that is needed to find it.
+    FoundPlace next_bytes(uint64_t block) const;
 
     // Bytes from the beginning of the file to the end of a block that is present.
     uint64_t prefix_bytes(uint64_t block) const;
@@ -97,8 +109,10 @@ class Model {
     void check_block(uint64_t number) const;
     void check_nodes(uint64_t number, std::span<const std::byte> bytes) const;
     void take_block(uint64_t number) const;
+    void take_coded(uint64_t blocks_present);
     void make_room_for_blocks();
     bool look_for(uint64_t number) const;
+    bool has_arrived(uint64_t number) const;
     std::atomic_ref<uint8_t> checked(uint64_t number) const {
         return std::atomic_ref(reinterpret_cast<uint8_t*>(checked_.bytes().data())[number]);
     }

@@ -5,6 +5,7 @@ needs nginx
 mkdir www
 "$QS_SOURCE/tests/tools/make-bumpy-ply" 120 > bumpy.ply
 qs-build bumpy.ply -o www/model.qs
+qs-build www/model.qs --compress -o www/coded.qs
 start_nginx
 start_daemon
 url=http://127.0.0.1:$port/model.qs
@@ -20,7 +21,13 @@ done
 qs-render "$url" --cache cache "${view[@]}" -o again.png --report - | stream bytes_fetched
 same file.png again.png "second run"
 
-size=$(stat -c %s www/model.qs)
+for order in gain level; do
+    fetch evict > /dev/null
+    qs-render "http://127.0.0.1:$port/coded.qs" --cache cache "${view[@]}" --order $order -o coded.png --report report.jsonl
+    same file.png coded.png "compressed, $order"
+    (($(stream bytes_fetched < report.jsonl) < $(stat -c %s www/coded.qs))) || echo "more than the file"
+done
+
 for budget in 16384 30000; do
     fetch evict > /dev/null
     qs-render "$url" --cache cache "${view[@]}" --byte-budget $budget -o "budget-$budget.png" --report - |

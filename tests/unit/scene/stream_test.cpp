@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "core/error.h"
 #include "scene/plan.h"
 #include "scene/reference.h"
 #include "test_meshes.h"
@@ -17,7 +18,7 @@ using namespace scene_test;
 
 namespace {
 
-// What is there of a file.
+// What is there of a file, byte by byte.
 class Shelf : public splat::BlockSource {
   public:
     Shelf(const Bytes& file, const std::vector<bool>& is_there) : file_(file), is_there_(is_there) {}
@@ -25,8 +26,8 @@ class Shelf : public splat::BlockSource {
     uint64_t file_bytes() const override { return file_.size(); }
     const std::byte* data() const override { return file_.data(); }
     bool has(uint64_t offset, uint64_t size) const override {
-        if (offset + size <= splat::kBlocksAt) return true;
-        return is_there_[(offset - splat::kBlocksAt) / splat::kMinBlockSize];
+        const auto begin = is_there_.begin() + ptrdiff_t(offset);
+        return std::all_of(begin, begin + ptrdiff_t(size), [](bool is_there) { return is_there; });
     }
 
   private:
@@ -34,24 +35,36 @@ class Shelf : public splat::BlockSource {
     const std::vector<bool>& is_there_;
 };
 
+void mark(std::vector<bool>& is_there, const splat::CodedPlace& place) {
+    std::fill_n(is_there.begin() + ptrdiff_t(place.offset), place.size, true);
+}
+
 // Brings the first `most` of what it is asked for, at once.
 class Bringer : public scene::BlockFetcher {
   public:
-    Bringer(std::vector<bool>& is_there, size_t most) : is_there_(is_there), most_(most) {}
+    Bringer(const splat::Model& model, std::vector<bool>& is_there, size_t most)
+        : model_(model), is_there_(is_there), most_(most) {}
     void ask(std::span<const scene::BlockRequest> requests) override {
         asked_.assign(requests.begin(), requests.end());
     }
     bool wait(double) override {
-        const size_t count = std::min(most_, asked_.size());
-        for (size_t i = 0; i < count; ++i) {
-            EXPECT_FALSE(is_there_[asked_[i].block]) << "asked for what is there";
-            is_there_[asked_[i].block] = true;
-            bytes_ += splat::kMinBlockSize;
+        std::vector<splat::CodedPlace> places;
+        for (size_t i = 0; i < std::min(most_, asked_.size()); ++i) {
+            places.push_back(model_.next_bytes(asked_[i].block).place);
+            EXPECT_FALSE(is_there_[places.back().offset]) << "asked for what is there";
         }
         asked_.clear();
-        return count > 0;
+        for (const splat::CodedPlace& place : places) {
+            bytes_ += is_there_[place.offset] ? 0 : place.size;  // many blocks may want one page
+            mark(is_there_, place);
+        }
+        return !places.empty();
     }
     bool has_ended() const override { return false; }
+    uint64_t most_bytes(const scene::BlockRequest& request) const override {
+        const splat::FoundPlace next = model_.next_bytes(request.block);
+        return next.place.size + (next.is_block ? 0 : splat::kMostPageBytes + splat::kMinBlockSize);
+    }
     Counters counters() override { return {bytes_, 0, round_trip_s}; }
     uint64_t bytes() const { return bytes_; }
     // Of the last time, in order.
@@ -64,6 +77,7 @@ class Bringer : public scene::BlockFetcher {
     double round_trip_s = 0;
 
   private:
+    const splat::Model& model_;
     std::vector<bool>& is_there_;
     size_t most_;
     uint64_t bytes_ = 0;
@@ -74,10 +88,29 @@ class Bringer : public scene::BlockFetcher {
 struct Arriving {
     explicit Arriving(const Bytes& bytes, size_t most = 7)
         : file(bytes),
-          is_there((bytes.size() - splat::kBlocksAt) / splat::kMinBlockSize, false),
+          is_there(with_header(bytes)),
           model(std::make_unique<Shelf>(file, is_there)),
-          bringer(is_there, most) {
-        is_there[0] = true;
+          bringer(model, is_there, most) {
+        bring(0);
+    }
+    static std::vector<bool> with_header(const Bytes& bytes) {
+        std::vector<bool> is_there(bytes.size(), false);
+        mark(is_there, {0, splat::header_extent(bytes)});
+        return is_there;
+    }
+    void bring(uint64_t block) {
+        for (bool is_whole = false; !is_whole;) {
+            const splat::FoundPlace next = model.next_bytes(block);
+            mark(is_there, next.place);
+            is_whole = next.is_block;
+        }
+        model.take_stock();
+    }
+    bool is_whole() const {
+        model.take_stock();
+        for (uint64_t b = 0; b < model.blocks_present(); ++b)
+            if (!model.is_there(b)) return false;
+        return true;
     }
     const Bytes& file;
     std::vector<bool> is_there;
@@ -120,6 +153,58 @@ TEST(Stream, SettlesToThePictureOfTheWholeInAnyOrder) {
     }
 }
 
+// Of several pages of the index, most of them not there at first; and what was decoded stays when its bytes
+// go.
+TEST(Stream, CompressedModelsSettleToTheSamePicture) {
+    const Bytes plain = build_bytes(bumpy_torus(200, 400)), coded = compressed(plain);
+    const splat::Model whole = open_model(plain);
+    ASSERT_GT(whole.blocks_present(), splat::kPageEntries);
+    const geom::View view = fitted_view(whole);
+    const Drawn expected = draw({{&whole}}, view);
+    for (const scene::Order order : {scene::Order::gain, scene::Order::y}) {
+        Arriving arriving(coded);
+        EXPECT_FALSE(arriving.model.next_bytes(splat::kPageEntries).is_block);
+        scene::StreamOptions options;
+        options.order.order = order;
+        options.prefetches = false;
+        scene::ModelPainter painter(arriving.model);
+        scene::Stream stream({{&arriving.model}}, arriving.bringer, options);
+        stream.show({view}, {});
+        stream.settle(painter);
+        EXPECT_EQ(draw({{&arriving.model}}, view).frame.rgb, expected.frame.rgb) << int(order);
+        EXPECT_LT(arriving.bringer.bytes(), coded.size());
+        std::fill(arriving.is_there.begin(), arriving.is_there.end(), false);
+        arriving.model.take_stock();
+        EXPECT_EQ(draw({{&arriving.model}}, view).frame.rgb, expected.frame.rgb) << "after eviction";
+    }
+}
+
+// Of a page, of a coded block, and of the file's size.
+TEST(Stream, DamageOfACompressedModelIsToldWhenItIsMet) {
+    const Bytes coded = compressed(build_bytes(bumpy_torus(60, 160)));
+    const splat::Model whole = open_model(coded);
+    const auto fault_of = [&](const Bytes& bytes) -> std::string {
+        try {
+            Arriving arriving(bytes);
+            for (uint64_t b = 0; b < arriving.model.blocks_present(); ++b) {
+                arriving.bring(b);
+                arriving.model.any_block(b);
+            }
+            return "";
+        } catch (const core::Error& error) {
+            return error.what();
+        }
+    };
+    EXPECT_EQ(fault_of(coded), "");
+    Bytes page = coded, block = coded, cut = coded;
+    page[splat::header_extent(coded) + 9] ^= std::byte{1};
+    EXPECT_NE(fault_of(page).find("index page 0 of level 0"), std::string::npos) << fault_of(page);
+    block[whole.prefix_bytes(3) + 30] ^= std::byte{1};
+    EXPECT_NE(fault_of(block).find("block 4 at byte"), std::string::npos) << fault_of(block);
+    cut.resize(cut.size() - 1);
+    EXPECT_NE(fault_of(cut).find("is cut off at byte"), std::string::npos) << fault_of(cut);
+}
+
 TEST(Stream, WhateverHasArrivedHasNoHolesThatTheWholeHasNot) {
     const mesh::Mesh mesh = bumpy_torus(100, 260);
     const Bytes bytes = build_bytes(mesh);
@@ -135,7 +220,8 @@ TEST(Stream, WhateverHasArrivedHasNoHolesThatTheWholeHasNot) {
     for (int i = 0; i < 20; ++i) {
         Arriving arriving(bytes);
         const double share = random.unit();
-        for (size_t b = 1; b < arriving.is_there.size(); ++b) arriving.is_there[b] = random.unit() < share;
+        for (uint64_t b = 1; b < arriving.model.blocks_present(); ++b)
+            if (random.unit() < share) arriving.bring(b);
         EXPECT_LE(holes_of(draw({{&arriving.model}}, view)), full_holes) << share;
     }
 }
@@ -167,7 +253,7 @@ TEST(Stream, FirstBringsWhatTheMagnifierHolds) {
     Arriving arriving(bytes);
     const geom::View view = fitted_view(open_model(bytes));
     scene::LackFinder finder({{&arriving.model}});
-    for (size_t b = 1; b < 5; ++b) arriving.is_there[b] = true;
+    for (uint64_t b = 1; b < 5; ++b) arriving.bring(b);
     scene::Magnifier magnifier;
     magnifier.at = view.principal() + glm::dvec2(0.3 * view.height, 0),
     magnifier.radius_px = view.height / 8.0;
@@ -179,18 +265,19 @@ TEST(Stream, FirstBringsWhatTheMagnifierHolds) {
 }
 
 TEST(Stream, KeepsToItsBudget) {
-    const Bytes bytes = build_bytes(bumpy_torus(100, 260));
-    for (const uint64_t budget : {uint64_t{0}, uint64_t{1000}, uint64_t{20'000}, uint64_t{50'000}}) {
-        Arriving arriving(bytes, 3);
-        scene::StreamOptions options;
-        options.byte_budget = budget;
-        scene::ModelPainter painter(arriving.model);
-        scene::Stream stream({{&arriving.model}}, arriving.bringer, options);
-        stream.show({fitted_view(open_model(bytes))}, {});
-        stream.settle(painter);
-        EXPECT_LE(arriving.bringer.bytes(), budget);
-        EXPECT_GT(arriving.bringer.bytes() + splat::kMinBlockSize, budget);
-    }
+    const Bytes plain = build_bytes(bumpy_torus(100, 260)), coded = compressed(plain);
+    for (const uint64_t budget : {uint64_t{0}, uint64_t{1000}, uint64_t{20'000}, uint64_t{50'000}})
+        for (const Bytes& bytes : {plain, coded}) {
+            Arriving arriving(bytes, 3);
+            scene::StreamOptions options;
+            options.byte_budget = budget;
+            scene::ModelPainter painter(arriving.model);
+            scene::Stream stream({{&arriving.model}}, arriving.bringer, options);
+            stream.show({fitted_view(open_model(bytes))}, {});
+            stream.settle(painter);
+            EXPECT_LE(arriving.bringer.bytes(), budget);
+            EXPECT_GT(arriving.bringer.bytes() + splat::kMinBlockSize, budget);
+        }
 }
 
 // While a camera goes on as it went, what it will see a round trip, a frame and 0.2 s later.
@@ -199,7 +286,7 @@ TEST(Stream, AsksForWhatASteadyCameraWillSee) {
     const Bytes bytes = build_bytes(mesh);
     Arriving arriving(bytes, 0);  // what is there stays as it is
     arriving.bringer.round_trip_s = 0.3;
-    for (size_t b = 1; b < 20; ++b) arriving.is_there[b] = true;
+    for (uint64_t b = 1; b < 20; ++b) arriving.bring(b);
     scene::ModelPainter painter(arriving.model);
     scene::Stream stream({{&arriving.model}}, arriving.bringer, {});
     scene::LackFinder finder({{&arriving.model}});
@@ -249,8 +336,7 @@ TEST(Stream, FetchesTheRestInIdleTimeUnlessItIsNotTo) {
         stream.settle(painter);
         const uint64_t shown = arriving.bringer.bytes();
         for (int i = 0; i < 20; ++i) stream.wait_until(stream.elapsed_s() + 0.01);
-        const auto there = size_t(std::count(arriving.is_there.begin(), arriving.is_there.end(), true));
-        EXPECT_EQ(there == arriving.is_there.size(), prefetches);
+        EXPECT_EQ(arriving.is_whole(), prefetches);
         EXPECT_EQ(arriving.bringer.bytes() > shown, prefetches);
     }
 }
@@ -279,8 +365,8 @@ TEST(Plan, IsWithinASeventhOfWhatIsFetched) {
             Drawn drawn;
             drawn.report = painter.draw(view, draw, drawn.frame);
             const std::vector<scene::PlacedModel> placed{{&arriving.model}};
-            const scene::Plan plan = scene::plan_of(
-                placed, drawn.report, scene::LackFinder(placed).find(view, draw, std::nullopt), draw.cut);
+            const scene::Plan plan =
+                scene::plan_of(placed, scene::LackFinder(placed).find(view, draw, std::nullopt), draw.cut);
             settle({});
             const auto needed = double(painter.draw(view, draw, drawn.frame).bytes_touched);
             EXPECT_NEAR(double(plan.present_bytes + plan.missing_bytes), needed, needed / 7)

@@ -26,11 +26,6 @@ Bytes bytes_of(const Write& write) {
     return {file.bytes().begin(), file.bytes().end()};
 }
 
-Bytes compressed(const Bytes& plain) {
-    const splat::Model model(memory_file(plain));
-    return bytes_of([&](core::OutputFile& out) { splat::write_compressed(splat::plain_of(model), out); });
-}
-
 Bytes plain_again(const Bytes& coded) {
     const splat::Model model(memory_file(coded));
     return bytes_of([&](core::OutputFile& out) { splat::write_plain(splat::plain_of(model), out); });

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "splat/compress.h"
 #include "splat/walk.h"
 
 namespace splat_test {
@@ -211,6 +212,14 @@ mesh::Mesh shared_mesh(const std::string& file) {
 
 Bytes read_bytes(const std::string& path) {
     const core::InputFile file(path);
+    return {file.bytes().begin(), file.bytes().end()};
+}
+
+Bytes compressed(const Bytes& plain) {
+    const splat::Model model(memory_file(plain));
+    core::OutputFile out(core::OutputFile::InMemory{"out"});
+    splat::write_compressed(splat::plain_of(model), out);
+    const core::InputFile file = out.read_back();
     return {file.bytes().begin(), file.bytes().end()};
 }
 

@@ -51,6 +51,8 @@ mesh::Mesh shared_mesh(const std::string& file);
 Bytes build_bytes(mesh::Mesh mesh, const splat::BuildOptions& options = {},
                   splat::BuildReport* report = nullptr);
 
+// The same model, compressed.
+Bytes compressed(const Bytes& plain);
 inline splat::Model open_model(const Bytes& bytes) {
     return splat::Model(memory_file(bytes));
 }
