@@ -5,6 +5,8 @@
 #include "core/program.h"
 #include "pm/info.h"
 #include "pm/verify.h"
+#include "scene/model_beginning.h"
+#include "scene/remote_models.h"
 #include "splat/extract.h"
 #include "splat/info.h"
 #include "splat/qsplat_info.h"
@@ -16,7 +18,7 @@ struct Options {
     std::vector<std::string> models;
     bool json = false, verify = false;
     int64_t level = -1;
-    std::string output;
+    std::string output, cache;
 };
 
 core::Json to_json(const std::string& name, const splat::VerifyCounts& counts) {
@@ -91,7 +93,8 @@ uint64_t size_limit(std::span<const std::byte> head, const std::string& name) {
 }
 
 std::string inspect(const std::string& path, const Options& o, core::Report& report) {
-    core::InputFile file(path, size_limit);
+    core::InputFile file =
+        scene::is_url(path) ? scene::open_beginning(path, o.cache) : core::InputFile(path, size_limit);
     if (is_qsplat(file)) return inspect_qsplat(file, o, report);
     if (pm::is_model(file.bytes())) return inspect_mesh(std::move(file), o, report);
     return o.verify ? verify(std::move(file), o, report) : describe(std::move(file), o, report);
@@ -136,8 +139,16 @@ void inspect_all(const Options& o, core::Report& report) {
     }
 }
 
+// Of a URL only the beginning is fetched.
+void refuse_urls(const Options& o, const std::string& option) {
+    for (const std::string& model : o.models)
+        if (scene::is_url(model))
+            throw core::UsageError(option + ": " + model + ": needs the file; 'qs-fetch get' brings it");
+}
+
 void run(const Options& o) {
     const bool wants_cut = o.level >= 0;
+    if (wants_cut || o.verify) refuse_urls(o, wants_cut ? "--cut" : "--verify");
     if (wants_cut && (o.verify || o.json))
         throw core::UsageError(std::string("--cut and ") + (o.verify ? "--verify" : "--json") +
                                " exclude each other");
@@ -158,7 +169,7 @@ int main(int argc, char** argv) {
                           QS_VERSION);
     Options o;
     program.options
-        .add_option("MODEL", o.models, "Splat models, or the first bytes of them; - is standard input")
+        .add_option("MODEL", o.models, "Splat models, the first bytes of them, or URLs; - is standard input")
         ->required();
     program.options.add_flag("--json", o.json, "Print JSON, one object a model, keys as in qs-info(1)");
     program.options.add_flag("--verify", o.verify,
@@ -169,5 +180,6 @@ int main(int argc, char** argv) {
         ->default_str("");
     program.options.add_option("-o,--output", o.output, "PLY file to write with --cut; - is standard output")
         ->type_name("FILE");
+    program.options.add_option("--cache", o.cache, "Folder of qs-fetch's cache")->type_name("DIR");
     return program.run(argc, argv, [&] { run(o); });
 }

@@ -13,6 +13,8 @@
 #include "core/words.h"
 #include "geom/path.h"
 #include "mesh/mesh.h"
+#include "scene/model_beginning.h"
+#include "scene/remote_models.h"
 #include "splat/format.h"
 
 namespace {
@@ -26,11 +28,13 @@ std::optional<double> if_given(double value) {
 
 // What a path is made for: a model, a mesh or bounds.
 struct Scene {
-    std::string model;
+    std::string model, cache;
     std::array<double, 4> bounds{kNotGiven, kNotGiven, kNotGiven, kNotGiven};
 
     void add_to(CLI::App& app) {
-        app.add_option("MODEL", model, "A splat model, mesh or point cloud; - for standard input");
+        app.add_option("MODEL", model,
+                       "A splat model or its URL, a mesh or point cloud; - for standard input");
+        app.add_option("--cache", cache, "Folder of qs-fetch's cache")->type_name("DIR");
         core::add_numbers(app, "--bounds", bounds, "X,Y,Z,R",
                           "Centre and radius of what is to be seen, instead of MODEL");
     }
@@ -48,7 +52,8 @@ struct Scene {
 
   private:
     geom::Sphere sphere_of_model() const {
-        const core::InputFile file(model);
+        const core::InputFile file =
+            scene::is_url(model) ? scene::open_beginning(model, cache) : core::InputFile(model);
         if (splat::is_model(file.bytes())) {
             const splat::Header header = splat::parse_header(file.bytes(), file.name());
             return {header.origin, header.scale};
