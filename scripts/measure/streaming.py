@@ -1,5 +1,6 @@
 """Models that arrive over a link: error against bytes and against seconds for every order, beside the whole file by curl
 and in its own order; how soon things are there; what a cache and many clients cost."""
+import concurrent.futures
 import json
 import math
 import shutil
@@ -10,6 +11,7 @@ from . import links
 from .programs import log, read, run
 
 ORDERS = ["gain", "level", "radius", "screen", "y", "sweep"]
+COMPRESSED = "gain, compressed model"
 IN_FILE_ORDER = "the file from its beginning"
 BY_CURL = "the whole file by curl"
 LEVELS_DB = [20, 25, 30, 35]
@@ -17,7 +19,9 @@ FIRST_BYTES = 13312
 HOME = links.Link("384 kbit/s", 40)  # where orders differ most, and goals are set
 FRAMES_A_SECOND = 15
 # How long is looked at, by rate.
+SLOW_S = 10  # a whole file that takes longer is fetched by curl and qs-fetch at the same time
 SECONDS = {"384 kbit/s": 20, "8 Mbit/s": 4, "100 Mbit/s": 2}
+BUDGET_BYTES = 1 << 20
 DETAILS = ["--splat", "smooth", "--threshold", "1", "--quiet"]
 
 
@@ -52,7 +56,10 @@ class Streaming:
         self.rows = []
 
     def url(self, name):
-        return f"http://127.0.0.1:{self.port}/{self.bench.model(name).name}"
+        return self.url_of(self.bench.model(name))
+
+    def url_of(self, file):
+        return f"http://127.0.0.1:{self.port}/{file.relative_to(self.bench.out)}"
 
     def measure(self):
         self.measure_links()
@@ -61,6 +68,7 @@ class Streaming:
         self.measure_close_up()
         self.measure_motion()
         self.measure_presence()
+        self.measure_memory()
         self.measure_throughput()
         self.measure_clients()
 
@@ -91,14 +99,14 @@ class Streaming:
         value = json.loads(read(self.bench.program("qs-compare"), "--json", reference, picture))["pictures"][0]["psnr_db"]
         return 99.0 if value is None else min(value, 99.0)  # equal ones have none
 
-    def snapshots(self, name, view, link, order):
+    def snapshots(self, url, view, link, order):
         """What is seen, at times that are as far apart as they are from the start."""
         seconds = 1 if self.bench.quick else SECONDS[link.rate_name]
         steps = 6 if self.bench.quick else 18
         times = ["0s"] + [f"{1000 * 0.1 * (seconds / 0.1) ** (i / (steps - 1)):.0f}ms" for i in range(steps)]
         report = self.folder / "frames.jsonl"
         with links.daemon(self.bench, self.cache, link):
-            frames = self.render(self.url(name), *self.camera(view), "--cache", self.cache, "--order", order,
+            frames = self.render(url, *self.camera(view), "--cache", self.cache, "--order", order,
                                  "--snapshot", ",".join(times), "-o", self.folder / "at-%02d.png", report=report)
         return frames
 
@@ -110,19 +118,25 @@ class Streaming:
         for link in self.links:
             orders = ORDERS if link.name == HOME.name else ["gain", "sweep"]
             for order in orders:
-                log(f"streaming {name}, {link.name}, {order}")
-                for i, frame in enumerate(self.snapshots(name, view, link, order)):
-                    stream = frame["stream"]
-                    self.rows.append({"link": link.name, "order": order, "seconds": stream["elapsed_s"],
-                                      "bytes": stream["bytes_fetched"],
-                                      "psnr_db": self.psnr(self.folder / f"at-{i:02d}.png", reference),
-                                      "requests": stream["requests"],
-                                      "visible_blocks_missing": stream["visible_blocks_missing"],
-                                      "waiting_error_px": stream["waiting_error_px"],
-                                      "wasted_bytes": stream["wasted_bytes"]})
+                self.add_curve(self.url(name), view, link, order, order, reference)
+        coded = self.folder / "coded.qs"
+        run(self.bench.program("qs-build"), self.bench.model(name), "--compress", "-o", coded, "--quiet")
+        self.add_curve(self.url_of(coded), view, self.home, "gain", COMPRESSED, reference)
         self.add_yardsticks(name, view, reference)
         self.bench.tables.write_csv("streaming", self.rows)
         self.summarise()
+
+    def add_curve(self, url, view, link, order, label, reference):
+        log(f"streaming {link.name}, {label}")
+        for i, frame in enumerate(self.snapshots(url, view, link, order)):
+            stream = frame["stream"]
+            self.rows.append({"link": link.name, "order": label, "seconds": stream["elapsed_s"],
+                              "bytes": stream["bytes_fetched"],
+                              "psnr_db": self.psnr(self.folder / f"at-{i:02d}.png", reference),
+                              "requests": stream["requests"],
+                              "visible_blocks_missing": stream["visible_blocks_missing"],
+                              "waiting_error_px": stream["waiting_error_px"],
+                              "wasted_bytes": stream["wasted_bytes"]})
 
     def add_yardsticks(self, name, view, reference):
         """The file in its own order, as fast as the link brings it, and what curl takes for all of it."""
@@ -150,7 +164,7 @@ class Streaming:
     def summarise(self):
         summary = []
         for link in self.links:
-            for order in ORDERS + [IN_FILE_ORDER, BY_CURL]:
+            for order in ORDERS + [COMPRESSED, IN_FILE_ORDER, BY_CURL]:
                 if not self.curve(link.name, order, "seconds"):
                     continue
                 row = {"link": link.name, "order": order}
@@ -188,12 +202,14 @@ class Streaming:
         self.curl_s = {}
         for link in self.links:
             log(f"link of {link.name}")
-            with links.relay(link, self.port) as port:
-                self.curl_s[link.name] = run("curl", "-s", "-o", self.folder / "got",
-                                             f"http://127.0.0.1:{port}/{self.bench.model(name).name}").wall_s
-            with links.daemon(self.bench, self.cache, link):
-                got = run(self.bench.program("qs-fetch"), "get", self.url(name), "--cache", self.cache,
-                          "-o", self.folder / "got").wall_s
+            # Each has a link of its own, and next to nothing to compute where links are slow.
+            with links.relay(link, self.port) as port, links.daemon(self.bench, self.cache, link):
+                with concurrent.futures.ThreadPoolExecutor(1 if size < SLOW_S * link.bytes_per_s else 2) as pool:
+                    by_curl = pool.submit(run, "curl", "-s", "-o", self.folder / "by-curl",
+                                          f"http://127.0.0.1:{port}/{self.bench.model(name).name}")
+                    by_us = pool.submit(run, self.bench.program("qs-fetch"), "get", self.url(name), "--cache", self.cache,
+                                        "-o", self.folder / "got")
+                    self.curl_s[link.name], got = by_curl.result().wall_s, by_us.result().wall_s
             with links.daemon(self.bench, self.cache, link):
                 jump = json.loads(read(self.bench.program("fetch_bench"), "jump", self.cache,
                                        f"http://127.0.0.1:{self.port}/{noise.name}"))
@@ -344,6 +360,22 @@ class Streaming:
         self.bench.tables.write("streaming-presence", "frames with all blocks there, from a URL and from a file", rows)
         self.bench.goals.add("streaming, frame time with all blocks there, by that of a local file", "1", 1.05, None,
                              min(times["url"]) / min(times["file"]))
+
+    def measure_memory(self):
+        """Of a client that draws the same view of a model and of one 16 times as large, from as many bytes."""
+        rows, frames = [], self.folder / "frames.jsonl"
+        names = [self.bench.name] if self.bench.quick else [self.bench.name, self.bench.x16]
+        for name in names:
+            with links.daemon(self.bench, self.cache):
+                cost = run(self.bench.program("qs-render"), self.url(name), *DETAILS, *self.camera(self.view(name)),
+                           "--cache", self.cache, "--byte-budget", BUDGET_BYTES, "-o", self.folder / "at.png",
+                           "--report", frames)
+            stream = json.loads(frames.read_text())["stream"]
+            rows.append({"name": name, "file_bytes": self.bench.model(name).stat().st_size,
+                         "bytes_fetched": stream["bytes_fetched"], "client_rss_bytes": cost.rss_bytes})
+        self.bench.tables.write("streaming-memory", "a client's memory, with the cache's pages that it maps", rows)
+        self.bench.goals.add("streaming, memory of a client, model x16 by model", "1", 1.1, None,
+                             rows[-1]["client_rss_bytes"] / rows[0]["client_rss_bytes"])
 
     # ---- the daemon ----
 
