@@ -1,7 +1,7 @@
 # Leaves that are large are triangles, those that are not are splats; all of them, none of them.
 "$QS_SOURCE/tests/tools/make-bumpy-ply" 60 > mesh.ply
 qs-build --quiet mesh.ply --leaf triangle -o model.qs
-draw() { qs-render model.qs --resolution 320,240 --quiet --report - "$@"; }
+draw() { qs-render model.qs --resolution 320,240 --threshold 0.5 --quiet --report - "$@"; }
 counts() { grep -oE '"(splats|triangles)":[0-9]*' | sed -E 's/:0$/: none/; s/:[1-9].*/: some/'; }
 for size in 0 8 1000; do
     echo "from $size px:"
