@@ -12,6 +12,7 @@
 #include "core/words.h"
 #include "net/stop_signals.h"
 #include "ppve/server.h"
+#include "ppve/status.h"
 #include "scene/samplers.h"
 
 namespace {
@@ -27,7 +28,7 @@ const std::map<std::string, scene::SamplerKind> kSamplers = {{"raster", scene::S
 struct Arguments {
     std::vector<std::string> meshes;
     scene::SamplerOptions sampler;
-    std::string listen, write_clusters;
+    std::string listen, status, write_clusters;
     int64_t clients = 16, most_pixels = 1 << 25;
     uint64_t memory = uint64_t(1) << 30;
     double stall_ms = 30'000, idle_ms = 0;
@@ -105,10 +106,8 @@ void serve(const Arguments& a, core::Report& report) {
 }
 
 void add_options(core::Program& program, Arguments& a) {
-    program.options
-        .add_option("MESH", a.meshes,
-                    "What is sampled: all that qs-build reads, .qs models, a .mhd volume, clusters")
-        ->required();
+    program.options.add_option(
+        "MESH", a.meshes, "What is sampled: all that qs-build reads, .qs models, a .mhd volume, clusters");
     program.options
         .add_option_function<std::string>(
             "--sampler", [&](const std::string& name) { a.sampler.kind = kSamplers.at(name); },
@@ -120,6 +119,8 @@ void add_options(core::Program& program, Arguments& a) {
     program.options
         .add_option("--listen", a.listen,
                     "Serve clients at HOST:PORT or a Unix socket, not on standard input and output")
+        ->type_name("ADDRESS");
+    program.options.add_option("--status", a.status, "Print the counters of the server there, as JSON")
         ->type_name("ADDRESS");
     program.options
         .add_option("--write-clusters", a.write_clusters,
@@ -144,6 +145,13 @@ int main(int argc, char** argv) {
     add_options(program, arguments);
     return program.run(argc, argv, [&] {
         const Arguments& a = arguments;
+        if (!a.status.empty()) {
+            if (!a.meshes.empty() || !a.listen.empty() || !a.write_clusters.empty())
+                throw core::UsageError("--status: asks a server, and neither samples nor listens");
+            constexpr double kTimeoutSeconds = 10;
+            return core::print(ppve::ask_status(a.status, kTimeoutSeconds) + "\n");
+        }
+        if (a.meshes.empty()) throw core::UsageError("MESH: none is given to be sampled");
         core::Report report(a.meshes, {a.write_clusters});
         if (!a.write_clusters.empty()) {
             if (!a.listen.empty()) throw core::UsageError("--write-clusters: not with --listen");

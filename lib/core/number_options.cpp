@@ -183,7 +183,9 @@ CLI::Option* add_duration(CLI::App& app, const std::string& names, double& value
     };
     return app.add_option_function<std::string>(names, take, help)
         ->type_name("TIME")
-        ->default_str(std::isfinite(value_ms) ? shortest(value_ms) + "ms" : "");
+        ->default_str(!std::isfinite(value_ms) ? ""
+                      : value_ms == 0          ? "0"
+                                               : shortest(value_ms) + "ms");
 }
 
 CLI::Option* add_rate(CLI::App& app, const std::string& names, double& bits_per_s, const std::string& help) {

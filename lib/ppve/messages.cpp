@@ -14,7 +14,15 @@ namespace ppve {
 namespace {
 
 // The bytes: see ppve-protocol(5).
-enum class Type : uint8_t { welcome = 1, request = 2, deletions = 3, answer = 4, refusal = 5 };
+enum class Type : uint8_t {
+    welcome = 1,
+    request = 2,
+    deletions = 3,
+    answer = 4,
+    refusal = 5,
+    status_query = 6,
+    status = 7
+};
 
 constexpr uint8_t kHasNear = 1, kHasFar = 2;
 constexpr double kMostFootprint = 16, kMostBound = 1e6;
@@ -37,8 +45,8 @@ class Writer {
         put(uint32_t(bytes.size()));
         out_.bytes.insert(out_.bytes.end(), bytes.begin(), bytes.end());
     }
-    void put(const std::string& text) {
-        put(std::as_bytes(std::span(text)).first(std::min(text.size(), kMostText)));
+    void put(const std::string& text, size_t most = kMostText) {
+        put(std::as_bytes(std::span(text)).first(std::min(text.size(), most)));
     }
     void put(std::span<const uint64_t> numbers) {
         put(uint32_t(numbers.size()));
@@ -100,9 +108,9 @@ class Reader {
         const auto bytes = raw(take<uint32_t>());
         return {bytes.begin(), bytes.end()};
     }
-    std::string take_text() {
+    std::string take_text(size_t most = kMostText) {
         const auto bytes = raw(take<uint32_t>());
-        if (bytes.size() > kMostText) fail("a text is too long");
+        if (bytes.size() > most) fail("a text is too long");
         return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
     }
     std::vector<uint64_t> take_leaves() {
@@ -244,7 +252,8 @@ DepthCoding take_coding(Reader& in, Projection projection) {
     DepthCoding coding{.projection = projection};
     coding.bits = in.take<int32_t>(), coding.base = in.take<int64_t>();
     if (!is_valid(coding))
-        in.fail(core::text("depths of %d bits counted from %lld are none", coding.bits, static_cast<long long>(coding.base)));
+        in.fail(core::text("depths of %d bits counted from %lld are none", coding.bits,
+                           static_cast<long long>(coding.base)));
     return coding;
 }
 
@@ -300,6 +309,16 @@ Bytes format_one(const Refusal& m) {
     return std::move(out).finish();
 }
 
+Bytes format_one(const StatusQuery&) {
+    return Writer(Type::status_query).finish();
+}
+
+Bytes format_one(const Status& m) {
+    Writer out(Type::status);
+    out.put(m.counters, kMostCounters);
+    return std::move(out).finish();
+}
+
 Message take_message(Reader& in) {
     switch (Type(in.take<uint8_t>())) {
         case Type::welcome:
@@ -314,6 +333,10 @@ Message take_message(Reader& in) {
             const auto id = in.take<uint64_t>();
             return Refusal{id, in.take_text()};
         }
+        case Type::status_query:
+            return StatusQuery{};
+        case Type::status:
+            return Status{in.take_text(kMostCounters)};
     }
     in.fail("a message of an unknown type");
 }

@@ -29,6 +29,7 @@ constexpr uint16_t kProtocolVersion = 1;
 constexpr uint64_t kMostMessageBytes = uint64_t(1) << 30;
 constexpr uint32_t kMostDeletions = 1u << 16;  // leaves in one message
 constexpr size_t kMostText = 1024;             // bytes of a name or a reason
+constexpr size_t kMostCounters = 1u << 16;     // bytes of a server's counters
 
 // How what the client has already is left out.
 enum class Elimination : uint8_t {
@@ -91,6 +92,17 @@ struct Answer {
     float sample_ms = 0, eliminate_ms = 0, encode_ms = 0;
 };
 
+// Client to server: say what you have counted.
+struct StatusQuery {
+    bool operator==(const StatusQuery&) const = default;
+};
+
+// Server to client: an object of JSON, status.h.
+struct Status {
+    std::string counters;
+    bool operator==(const Status&) const = default;
+};
+
 // Server to client: a request that is not answered, and why.  The connection stays.
 struct Refusal {
     uint64_t id = 0;
@@ -98,7 +110,7 @@ struct Refusal {
     bool operator==(const Refusal&) const = default;
 };
 
-using Message = std::variant<Welcome, Request, Deletions, Answer, Refusal>;
+using Message = std::variant<Welcome, Request, Deletions, Answer, Refusal, StatusQuery, Status>;
 
 std::vector<std::byte> format(const Message& message);
 

@@ -4,11 +4,14 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ppve/point_raster.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#include "core/pack-inl.h"
 
 #ifndef LIB_PPVE_POINT_RASTER_ONCE
 #define LIB_PPVE_POINT_RASTER_ONCE
@@ -84,21 +87,24 @@ HWY_INLINE size_t project(D d, const PointTask& t, size_t i, size_t number, size
     // Written so that what is not a number is left out.
     auto seen = And(And(Gt(vz, Set(d, t.near)), Lt(vz, Set(d, t.far))), Le(unscaled, Set(d, t.most_px)));
     seen = And(seen, And(And(Lt(left, width), Gt(right, zero)), And(Lt(top, end), Gt(bottom, first))));
-    const auto store = [&](auto value, int32_t* out) {
-        hn::CompressStore(hn::ConvertTo(di, value), hn::RebindMask(di, seen), di, out + to);
+    const core::HWY_NAMESPACE::Pack<D> pack(seen);
+    // Whole vectors: a block has room behind its last points.
+    const auto store = [&](auto value, auto* out) {
+        const hn::Rebind<std::remove_pointer_t<decltype(out)>, D> to_d;
+        hn::StoreU(hn::BitCast(to_d, pack.of(hn::BitCast(d, value))), to_d, out + to);
     };
-    store(Max(left, zero), block.x);
-    store(Max(top, first), block.y);
-    store(Min(right, width), block.x_end);
-    store(Min(bottom, end), block.y_end);
+    store(hn::ConvertTo(di, Max(left, zero)), block.x);
+    store(hn::ConvertTo(di, Max(top, first)), block.y);
+    store(hn::ConvertTo(di, Min(right, width)), block.x_end);
+    store(hn::ConvertTo(di, Min(bottom, end)), block.y_end);
     if (t.limit) {
-        hn::CompressStore(px, seen, d, block.centre_x + to);
-        hn::CompressStore(py, seen, d, block.centre_y + to);
-        hn::CompressStore(unscaled, seen, d, block.size + to);
+        store(px, block.centre_x);
+        store(py, block.centre_y);
+        store(unscaled, block.size);
     }
-    const auto mask = hn::RebindMask(du, seen);
-    hn::CompressStore(hn::Iota(du, static_cast<uint32_t>(number)), mask, du, block.number + to);
-    return hn::CompressStore(hn::BitCast(du, vz), mask, du, block.depth + to);
+    store(hn::Iota(du, static_cast<uint32_t>(number)), block.number);
+    store(vz, block.depth);
+    return pack.count();
 }
 
 HWY_INLINE uint32_t shade(uint32_t colour, uint32_t factor) {

@@ -1,20 +1,42 @@
 #include "ppve/server.h"
 
+#include "ppve/status.h"
+
 namespace ppve {
 
 namespace {
 
+// What sessions share.
+struct Shared {
+    Sampler& sampler;
+    ServerOptions options;
+    Server::Answered answered;
+    SessionCounts counts{};
+    std::function<core::Json()> status{};
+};
+
 class Client final : public net::Session {
   public:
-    Client(net::Connection& connection, Sampler& sampler, const ServerOptions& options,
-           const Server::Answered& answered)
-        : connection_(connection), session_(sampler, options.scene, options.session), answered_(answered) {
+    Client(net::Connection& connection, Shared& shared)
+        : connection_(connection),
+          shared_(shared),
+          session_(shared.sampler, shared.options.scene, shared.options.session) {
         connection_.send(format(session_.welcome()));
     }
 
     void received(std::span<const std::byte> body) override {
-        for (const Refusal& refusal : session_.take(parse(body, "request")))
+        Message message = parse(body, "request");
+        if (std::holds_alternative<StatusQuery>(message))
+            return connection_.send(format(Status{shared_.status().dump()}));
+        SessionCounts& counts = shared_.counts;
+        const auto* request = std::get_if<Request>(&message);
+        const uint64_t id = request ? request->id : 0;
+        counts.requests += request != nullptr;
+        for (const Refusal& refusal : session_.take(std::move(message))) {
+            // Else of the one that waited.
+            ++(refusal.id == id ? counts.requests_refused : counts.requests_replaced);
             connection_.send(format(refusal));
+        }
         if (session_.has_request()) connection_.ask_turn();
     }
 
@@ -22,7 +44,8 @@ class Client final : public net::Session {
         if (!session_.has_request()) return;
         AnswerReport report;
         connection_.send(session_.answer(report));
-        answered_(report);
+        shared_.counts.add(report);
+        shared_.answered(report);
         if (is_ended_) connection_.finish();
     }
 
@@ -34,21 +57,51 @@ class Client final : public net::Session {
 
     std::vector<std::byte> farewell(const std::string& why) override { return format(Refusal{0, why}); }
 
+    const Octree& tree() const { return session_.tree(); }
+
   private:
     net::Connection& connection_;
+    Shared& shared_;
     ppve::Session session_;
-    const Server::Answered& answered_;
     bool is_ended_ = false;
 };
 
 }  // namespace
 
+struct Server::State {
+    Shared shared;
+    net::Server connections;
+
+    State(net::EventLoop& loop, Sampler& sampler, const ServerOptions& options, Answered answered)
+        : shared{sampler, options, std::move(answered)},
+          connections(
+              loop, options.server,
+              [this](net::Connection& connection) { return std::make_unique<Client>(connection, shared); },
+              format(Refusal{0, "this server has as many clients as it takes"})) {
+        shared.status = [this] { return status(); };
+    }
+
+    core::Json status() const {
+        SessionMemory memory{.most_points = shared.options.session.most_points};
+        connections.for_each([&](const net::Session& session) {
+            const Octree& tree = static_cast<const Client&>(session).tree();
+            memory.points += tree.points(), memory.bytes += tree.bytes();
+        });
+        return status_of(connections.counts(), shared.counts, memory);
+    }
+};
+
 Server::Server(net::EventLoop& loop, Sampler& sampler, const ServerOptions& options, Answered answered)
-    : connections_(
-          loop, options.server,
-          [&sampler, options, answered = std::move(answered)](net::Connection& connection) {
-              return std::make_unique<Client>(connection, sampler, options, answered);
-          },
-          format(Refusal{0, "this server has as many clients as it takes"})) {}
+    : state_(std::make_unique<State>(loop, sampler, options, std::move(answered))) {}
+
+Server::~Server() = default;
+
+net::Server& Server::connections() {
+    return state_->connections;
+}
+
+core::Json Server::status() const {
+    return state_->status();
+}
 
 }  // namespace ppve

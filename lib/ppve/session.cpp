@@ -170,7 +170,7 @@ std::vector<std::byte> Session::answer(AnswerReport& report) {
         return bytes;
     } catch (const core::Error& error) {
         // What the client holds is what was there before, or it will say otherwise.
-        is_behind_ = true;
+        is_behind_ = true, report.is_refused = true;
         std::vector<std::byte> bytes = format(Refusal{request.id, error.what()});
         report.message_bytes = bytes.size(), report.total_ms = watch.lap_ms();
         return bytes;

@@ -10,14 +10,15 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "core/pack-inl.h"
 #include "splat/cells-inl.h"
-#include "splat/pack-inl.h"
 #include "splat/vector3-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace splat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+using core::HWY_NAMESPACE::Pack;
 
 using D = hn::CappedTag<float, kSpare>;  // a face or an edge a lane
 using V = hn::Vec<D>;

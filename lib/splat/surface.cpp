@@ -11,7 +11,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "splat/pack-inl.h"
+#include "core/pack-inl.h"
 
 #ifndef QS_SPLAT_SURFACE_ONCE
 #define QS_SPLAT_SURFACE_ONCE
@@ -55,6 +55,7 @@ HWY_BEFORE_NAMESPACE();
 namespace splat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+using core::HWY_NAMESPACE::Pack;
 
 // In double: a needle's circumcentre needs it.
 void ShareOut(Faces& faces, size_t count) {

@@ -68,6 +68,8 @@ void write_seeds(const std::string& folder) {
     write(folder + "/ppve_messages/welcome", ppve::format(welcome));
     write(folder + "/ppve_messages/request", ppve::format(request()));
     write(folder + "/ppve_messages/deletions", ppve::format(ppve::Deletions{{9}}));
+    write(folder + "/ppve_messages/status-query", ppve::format(ppve::StatusQuery{}));
+    write(folder + "/ppve_messages/status", ppve::format(ppve::Status{R"({"updates":1})"}));
     write(folder + "/ppve_messages/refusal", ppve::format(ppve::Refusal{2, "a newer request has come"}));
 }
 

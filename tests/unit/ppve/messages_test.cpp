@@ -43,7 +43,13 @@ std::vector<Message> one_of_each() {
     Welcome w;
     w.bounds.add({-1, -2, -3}), w.bounds.add({4, 5, 6});
     w.most_pixels = 1000, w.most_points = 2000, w.scene = "crater.ply", w.sampler = "raster";
-    return {w, a_request(), Deletions{{5, 6}}, an_answer(), Refusal{3, "no"}};
+    return {w,
+            a_request(),
+            Deletions{{5, 6}},
+            an_answer(),
+            Refusal{3, "no"},
+            StatusQuery{},
+            Status{R"({"updates":1})"}};
 }
 
 TEST(Messages, ComeBackAsTheyWere) {

@@ -11,6 +11,7 @@
 #include "net/address.h"
 #include "net/frame_stream.h"
 #include "ppve/raster_sampler.h"
+#include "ppve/status.h"
 #include "scenes.h"
 
 namespace {
@@ -70,6 +71,43 @@ TEST_F(PpveServer, WelcomesAndAnswers) {
         const auto answer = std::get<Answer>(receive(stream));
         EXPECT_EQ(answer.id, id);
         EXPECT_EQ(image_of(answer).samples() > 0, id == 1);
+    }
+}
+
+TEST_F(PpveServer, CountsWhatItDoes) {
+    auto stream = connect();
+    receive(stream);
+    Request huge = request(1);
+    huge.frustum.view.width = huge.frustum.view.height = int(kMostSide);
+    stream.send(format(huge), kPatience);
+    EXPECT_EQ(std::get<Refusal>(receive(stream)).id, 1u);
+    uint64_t sent = 0, samples = 0;
+    for (uint64_t id = 2; id < 5; ++id) {
+        stream.send(format(request(id)), kPatience);
+        const auto answer = std::get<Answer>(receive(stream));
+        sent += image_of(answer).samples(), samples += answer.samples;
+    }
+    const core::Json counters = core::Json::parse(ask_status(address_, kPatience));
+    EXPECT_EQ(counters["clients"], 2);
+    EXPECT_EQ(counters["requests"], 4);
+    EXPECT_EQ(counters["requests_refused"], 1);
+    EXPECT_EQ(counters["updates"], 3);
+    EXPECT_EQ(counters["samples"], samples);
+    EXPECT_EQ(counters["samples_kept"], sent);
+    EXPECT_EQ(counters["session_points"], sent);
+    EXPECT_GT(counters["session_bytes"], sent * 16);
+    EXPECT_GT(counters["bytes_out"], counters["image_bytes"]);
+    EXPECT_LE(counters["scene_bytes_touched_most"], counters["scene_bytes"]);
+    EXPECT_EQ(counters["scene_bytes_touched"], 3 * uint64_t(counters["scene_bytes_touched_most"]));
+    EXPECT_GT(counters["scene_bytes_touched"], 0);
+}
+
+TEST_F(PpveServer, TwoWhoAskAtOnceAreAnsweredInTurns) {
+    auto a = connect(), b = connect();
+    receive(a), receive(b);
+    for (uint64_t id = 1; id < 4; ++id) {
+        a.send(format(request(id)), kPatience), b.send(format(request(id)), kPatience);
+        EXPECT_EQ(std::get<Answer>(receive(a)).octree_checksum, std::get<Answer>(receive(b)).octree_checksum);
     }
 }
 

@@ -1,10 +1,14 @@
 // The lanes of a mask moved to the front, of several vectors by one mask.  Included once for each SIMD
 // target, by sources that use Highway's foreach_target.h.
-#if defined(QS_SPLAT_PACK_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef QS_SPLAT_PACK_INL_H
-#undef QS_SPLAT_PACK_INL_H
+//
+// Not hn::CompressStore(): to memory, processors with AVX-512 compress by microcode, some of them a hundred
+// times slower than in a register.  Whoever stores what of() gives stores whole vectors, and has room for
+// them.
+#if defined(QS_CORE_PACK_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef QS_CORE_PACK_INL_H
+#undef QS_CORE_PACK_INL_H
 #else
-#define QS_SPLAT_PACK_INL_H
+#define QS_CORE_PACK_INL_H
 #endif
 
 #include <hwy/highway.h>
@@ -13,9 +17,21 @@
 #include <cstdint>
 
 HWY_BEFORE_NAMESPACE();
-namespace splat {
+namespace core {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+
+template <class D>
+class Pack {
+  public:
+    HWY_INLINE explicit Pack(hn::Mask<D> mask) : mask_(mask) {}
+    // What follows the lanes of the mask is any lane.
+    HWY_INLINE hn::Vec<D> of(hn::Vec<D> v) const { return hn::Compress(v, mask_); }
+    HWY_INLINE size_t count() const { return hn::CountTrue(D(), mask_); }
+
+  private:
+    hn::Mask<D> mask_;
+};
 
 #if HWY_TARGET == HWY_AVX2
 
@@ -31,9 +47,8 @@ struct LanesOfBits {
 inline constexpr LanesOfBits kLanesOfBits;
 
 template <class D>
-class Pack {
+requires(hn::MaxLanes(D()) == 8 && sizeof(hn::TFromD<D>) == 4) class Pack<D> {
   public:
-    static_assert(hn::MaxLanes(D()) == 8 && sizeof(hn::TFromD<D>) == 4);
     HWY_INLINE explicit Pack(hn::Mask<D> mask) {
         uint8_t bits[8];
         hn::StoreMaskBits(D(), mask, bits);
@@ -43,7 +58,6 @@ class Pack {
         from_ = hn::IndicesFromVec(D(), lanes);
         count_ = hwy::PopCount(uint64_t(bits[0]));
     }
-    // What follows the lanes of the mask is any lane.
     HWY_INLINE hn::Vec<D> of(hn::Vec<D> v) const { return hn::TableLookupLanes(v, from_); }
     HWY_INLINE size_t count() const { return count_; }
 
@@ -52,23 +66,10 @@ class Pack {
     size_t count_;
 };
 
-#else
-
-template <class D>
-class Pack {
-  public:
-    HWY_INLINE explicit Pack(hn::Mask<D> mask) : mask_(mask) {}
-    HWY_INLINE hn::Vec<D> of(hn::Vec<D> v) const { return hn::Compress(v, mask_); }
-    HWY_INLINE size_t count() const { return hn::CountTrue(D(), mask_); }
-
-  private:
-    hn::Mask<D> mask_;
-};
-
 #endif
 
 }  // namespace HWY_NAMESPACE
-}  // namespace splat
+}  // namespace core
 HWY_AFTER_NAMESPACE();
 
 #endif
