@@ -17,9 +17,6 @@
 
 namespace {
 
-constexpr uint64_t kPointBytes =
-    24;  // of what a server keeps for a point that a client has, with its share of the tree
-
 const std::map<std::string, scene::SamplerKind> kSamplers = {{"raster", scene::SamplerKind::raster},
                                                              {"egl", scene::SamplerKind::egl},
                                                              {"osmesa", scene::SamplerKind::osmesa},
@@ -73,7 +70,7 @@ ppve::ServerOptions options_of(const Arguments& a) {
     options.scene = a.meshes.front() == "-"
                         ? "standard input"
                         : a.meshes.front().substr(slash == std::string::npos ? 0 : slash + 1);
-    options.session = {uint64_t(a.most_pixels), a.memory / kPointBytes};
+    options.session = {uint64_t(a.most_pixels), a.memory / ppve::kPointBytes};
     options.server.most_connections = size_t(a.clients);
     options.server.connection.most_frame_bytes = ppve::kMostRequestBytes;
     options.server.connection.stall_s = a.stall_ms / 1000;

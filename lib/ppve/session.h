@@ -19,6 +19,9 @@
 
 namespace ppve {
 
+// Of memory that a server keeps for a point that a client has, with its share of the tree.
+constexpr uint64_t kPointBytes = 24;
+
 struct SessionLimits {
     uint64_t most_pixels = uint64_t(1) << 25;  // of a request
     // That are kept of what a client was sent; then those clusters go that got nothing new for longest.

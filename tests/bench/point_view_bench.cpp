@@ -4,15 +4,20 @@
 //   --what traffic   an update at each camera of the path: bytes against whole frames, what elimination
 //   leaves
 //   --what motion    frames along the path while updates arrive at --rate: PSNR and holes against the mesh
-//   --what draw      the model after an update at each camera: time of drawing it, stereo, 2560x1600
+//   --what draw      the time of drawing, stereo, while updates arrive: a third of the path's cameras are
+//   updates at
+//                    the client's resolution that are there before, the others arrive at --rate
 //   --what session   --updates of small images on the path, again and again: what server and client keep
 //   --what splatter  the same points as squares of lib/render's splatter
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <deque>
+#include <memory>
+#include <mutex>
 #include <nanoflann.hpp>
 #include <numbers>
+#include <thread>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -60,7 +65,10 @@ class Updates {
         rule_.epsilon = 1e-3 * 0.5 * glm::length(box.high - box.low);
     }
 
-    void update(const ppve::Frustum& frustum) {
+    void update(const ppve::Frustum& frustum) { take_in(answer_to(frustum)); }
+
+    // The server's part.
+    ppve::Answer answer_to(const ppve::Frustum& frustum) {
         ppve::DepthImage image;
         image.frustum = frustum;
         prepare(sampler_, options_.bound_px, image);
@@ -83,8 +91,6 @@ class Updates {
         tree_.apply({false, {}, eliminated.removed, answer.id, &image});
         insert_ms += watch.lap_ms();
         answer.octree_checksum = tree_.checksum();
-        if (!cache.take_in(answer, double(updates)).is_in_step) throw core::Error("out of step");
-        take_in_ms += watch.lap_ms();
         bytes += answer.image.size() + answer.replaced.size();
         list_bytes += answer.replaced.size();
         whole_bytes += whole;
@@ -93,6 +99,14 @@ class Updates {
             lost += eliminated.counts.lost;
         }
         removed += eliminated.counts.removed;
+        return answer;
+    }
+
+    // The client's.
+    void take_in(const ppve::Answer& answer) {
+        core::Stopwatch watch;
+        if (!cache.take_in(answer, double(answer.id)).is_in_step) throw core::Error("out of step");
+        take_in_ms += watch.lap_ms();
     }
 
     double sample_ms = 0, eliminate_ms = 0, encode_ms = 0, insert_ms = 0, take_in_ms = 0;
@@ -334,11 +348,17 @@ Json long_session(const Options& options, ppve::Sampler& sampler) {
         tree_bytes_most = std::max(tree_bytes_most, server.tree().bytes());
         bytes_most = std::max(bytes_most, client.bytes());
     }
-    return {{"updates", options.updates},       {"server_points_limit", most_points},
-            {"server_points_most", kept_most},  {"server_bytes_most", tree_bytes_most},
-            {"client_bytes_limit", most_bytes}, {"client_bytes_most", bytes_most},
-            {"evicted_by_server", evicted},     {"deleted_by_client", deleted},
-            {"out_of_step", out_of_step},       {"s", watch.lap_ms() / 1000}};
+    return {{"updates", options.updates},
+            {"server_points_limit", most_points},
+            {"server_points_most", kept_most},
+            {"server_bytes_limit", ppve::kPointBytes * most_points},
+            {"server_bytes_most", tree_bytes_most},
+            {"client_bytes_limit", most_bytes},
+            {"client_bytes_most", bytes_most},
+            {"evicted_by_server", evicted},
+            {"deleted_by_client", deleted},
+            {"out_of_step", out_of_step},
+            {"s", watch.lap_ms() / 1000}};
 }
 
 Json times_of(std::vector<double> ms) {
@@ -348,12 +368,48 @@ Json times_of(std::vector<double> ms) {
             {"p95", ms[size_t(0.95 * double(ms.size() - 1))]}};
 }
 
+// Answers that arrive at a rate, taken in by a thread of their own, as ppve::Client has one.
+class Arrivals {
+  public:
+    Arrivals(Updates& session, const std::vector<ppve::Answer>& answers, double rate)
+        : model_(session.cache.model()), thread_([this, &session, &answers, rate] {
+              const auto start = std::chrono::steady_clock::now();
+              for (size_t k = 0; k < answers.size(); ++k) {
+                  std::this_thread::sleep_until(
+                      start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                  std::chrono::duration<double>(double(k + 1) / rate)));
+                  session.take_in(answers[k]);
+                  const std::lock_guard lock(mutex_);
+                  model_ = session.cache.model();
+              }
+              are_over_ = true;
+          }) {}
+
+    std::shared_ptr<const ppve::PointModel> model() const {
+        const std::lock_guard lock(mutex_);
+        return model_;
+    }
+    bool are_over() const { return are_over_; }
+
+  private:
+    mutable std::mutex mutex_;
+    std::shared_ptr<const ppve::PointModel> model_;
+    std::atomic<bool> are_over_ = false;
+    std::jthread thread_;
+};
+
 Json draw(const Options& options, ppve::Sampler& sampler) {
     Updates session(sampler, options);
     const std::vector<geom::Camera> path = path_of(options);
-    for (const geom::Camera& camera : path) session.update(frustum_of(camera, options.size));
-    const geom::View middle = geom::make_view(path.back(), int(options.screen[0]), int(options.screen[1]));
-    const double distance = glm::length(path.back().target - path.back().eye);
+    const size_t before = std::max<size_t>(path.size() / 3, 1);
+    for (size_t k = 0; k < before; ++k) session.update(frustum_of(path[k], options.screen));
+    std::vector<ppve::Answer> answers;
+    for (size_t k = before; k < path.size(); ++k)
+        answers.push_back(session.answer_to(frustum_of(path[k], options.size)));
+
+    const geom::Camera& eye = path[before - 1];
+    const geom::View middle = geom::make_view(eye, int(options.screen[0]), int(options.screen[1]));
+    const double distance = glm::length(eye.target - eye.eye);
     const geom::View eyes[2] = {geom::moved_aside(middle, -0.017 * distance, distance),
                                 geom::moved_aside(middle, 0.017 * distance, distance)};
     ppve::Reconstruction reconstruction;
@@ -361,12 +417,16 @@ Json draw(const Options& options, ppve::Sampler& sampler) {
     ppve::ReconstructionOptions look;
     look.scale = options.scale, look.velocity = options.velocity, look.most_points = uint64_t(options.points);
     look.closes_gaps = !options.leaves_gaps;
+    for (int run = 0; run < 2; ++run) reconstruction.draw(*session.cache.model(), eyes, look, frames);
     std::vector<double> ms;
     std::vector<ppve::ReconstructionCounts> counts;
-    for (int64_t run = -2; run < options.runs; ++run) {
+    session.take_in_ms = 0;
+    Arrivals arrivals(session, answers, options.rate);
+    for (bool is_last = false; !is_last;) {
+        is_last = arrivals.are_over();
         core::Stopwatch watch;
-        counts = reconstruction.draw(*session.cache.model(), eyes, look, frames);
-        if (run >= 0) ms.push_back(watch.lap_ms());
+        counts = reconstruction.draw(*arrivals.model(), eyes, look, frames);
+        ms.push_back(watch.lap_ms());
     }
     return {{"cached", session.cache.tree().points()},
             {"clusters", counts[0].clusters},
@@ -374,6 +434,9 @@ Json draw(const Options& options, ppve::Sampler& sampler) {
             {"points_an_eye", counts[0].points_chosen},
             {"drawn_an_eye", counts[0].points_drawn},
             {"threads", core::thread_count()},
+            {"frames", ms.size()},
+            {"updates", answers.size()},
+            {"take_in_ms", session.take_in_ms / double(std::max<size_t>(answers.size(), 1))},
             {"stereo_ms", times_of(ms)}};
 }
 
