@@ -9,6 +9,8 @@
 //                    the client's resolution that are there before, the others arrive at --rate
 //   --what session   --updates of small images on the path, again and again: what server and client keep
 //   --what splatter  the same points as squares of lib/render's splatter
+#include <time.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -398,6 +400,12 @@ class Arrivals {
     std::jthread thread_;
 };
 
+double cpu_ms() {
+    timespec now;
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return double(now.tv_sec) * 1e3 + double(now.tv_nsec) * 1e-6;
+}
+
 Json draw(const Options& options, ppve::Sampler& sampler) {
     Updates session(sampler, options);
     const std::vector<geom::Camera> path = path_of(options);
@@ -421,6 +429,7 @@ Json draw(const Options& options, ppve::Sampler& sampler) {
     std::vector<double> ms;
     std::vector<ppve::ReconstructionCounts> counts;
     session.take_in_ms = 0;
+    const double cpu_before = cpu_ms();
     Arrivals arrivals(session, answers, options.rate);
     for (bool is_last = false; !is_last;) {
         is_last = arrivals.are_over();
@@ -435,6 +444,8 @@ Json draw(const Options& options, ppve::Sampler& sampler) {
             {"drawn_an_eye", counts[0].points_drawn},
             {"threads", core::thread_count()},
             {"frames", ms.size()},
+            // A frame and its share of what arrives, of all threads' processors.
+            {"cpu_ms", (cpu_ms() - cpu_before) / double(ms.size())},
             {"updates", answers.size()},
             {"take_in_ms", session.take_in_ms / double(std::max<size_t>(answers.size(), 1))},
             {"stereo_ms", times_of(ms)}};
