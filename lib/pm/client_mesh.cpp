@@ -15,10 +15,20 @@ constexpr const char* kScheme = "pm://";
 
 mesh::Mesh mesh_of(const Replica& replica, const Front& front) {
     const Header& header = replica.header();
-    std::vector<uint32_t> number(replica.vertex_count(), kNone);
+    const std::vector<uint32_t> active = front.vertices();
+    // By vertex: the active one that it is welded to, or itself; then its number in the mesh.
+    std::vector<uint32_t> as(replica.vertex_count(), kNone), number(replica.vertex_count(), kNone);
+    std::vector<WeldedVertex> welded;
+    for (const uint32_t v : active) {
+        as[v] = v;
+        if (const VertexData& data = replica.vertex(v); data.weld != 0)
+            welded.push_back({data.position, data.weld, v});
+    }
+    join_welded(welded, as);
     mesh::Mesh mesh;
     mesh.origin = header.placement.origin;
-    for (const uint32_t v : front.vertices()) {
+    for (const uint32_t v : active) {
+        if (as[v] != v) continue;
         const VertexData& vertex = replica.vertex(v);
         number[v] = uint32_t(mesh.positions.size());
         if (header.is_lossless())
@@ -32,7 +42,7 @@ mesh::Mesh mesh_of(const Replica& replica, const Front& front) {
         if (header.has_normals()) mesh.normals.push_back(glm::vec3(decode_normal(vertex.normal)));
     }
     for (const glm::u32vec3& face : front.faces())
-        mesh.triangles.emplace_back(number[face.x], number[face.y], number[face.z]);
+        mesh.triangles.emplace_back(number[as[face.x]], number[as[face.y]], number[as[face.z]]);
     return mesh;
 }
 

@@ -10,8 +10,7 @@
 
 namespace pm {
 
-// The mesh of a front of what was received, in world units: as mesh_of() of a model (extract.h), but that
-// vertices which pm-build cut off from each other stay so.
+// The mesh of a front of what was received, in world units: as mesh_of() of a model (extract.h).
 mesh::Mesh mesh_of(const Replica& replica, const Front& front);
 
 // "pm://HOST:PORT/NAME", or "pm:///PATH/OF/SOCKET/NAME" for a Unix socket; NAME may be empty where the server

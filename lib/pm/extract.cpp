@@ -10,8 +10,12 @@ mesh::Mesh mesh_of(const Model& model, const Front& front) {
     // By vertex: the active one that it is welded to, or itself; then its number in the mesh.
     std::vector<uint32_t> as(model.vertices(), kNone), number(model.vertices(), kNone);
     for (const uint32_t v : active) as[v] = v;
-    for (const Weld& weld : model.welds())
-        if (as[weld.copy] != kNone && as[weld.of] != kNone) as[weld.copy] = weld.of;
+    std::vector<WeldedVertex> welded;
+    if (h.welds > 0)
+        for (const uint32_t v : active)
+            if (const uint16_t weld = model.weld_number(v); weld != 0)
+                welded.push_back({model.exact_position(v), weld, v});
+    join_welded(welded, as);
     mesh::Mesh mesh;
     mesh.origin = h.placement.origin;
     for (const uint32_t v : active) {

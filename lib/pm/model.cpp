@@ -81,6 +81,7 @@ Model::Model(core::InputFile file)
         throw core::Error(
             core::text("%s: %llu bytes behind its end", name().c_str(), number(size - layout_.end)));
     check_contents();
+    weld_numbers_ = WeldNumbers(welds(), [this](uint32_t vertex) { return exact_position(vertex); });
 }
 
 template <class T>
@@ -163,6 +164,11 @@ glm::u8vec3 Model::colour(uint32_t vertex) const {
 
 uint16_t Model::normal_code(uint32_t vertex) const {
     return load<uint16_t>(at(layout_.normals) + uint64_t(2) * vertex);
+}
+
+glm::u32vec3 Model::exact_position(uint32_t vertex) const {
+    if (!header_.is_lossless()) return lattice(vertex);
+    return load<glm::u32vec3>(at(layout_.positions) + uint64_t(12) * vertex);
 }
 
 void Model::check_contents() const {

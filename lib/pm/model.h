@@ -11,6 +11,7 @@
 #include "core/file.h"
 #include "pm/bounds.h"
 #include "pm/format.h"
+#include "pm/welds.h"
 
 namespace pm {
 
@@ -27,11 +28,6 @@ struct SplitFaces {
 // The details that split the two children of a split, or kNone.
 struct Children {
     uint32_t kept, fresh;
-};
-
-// Two vertices that are one in the input, where it was not manifold.
-struct Weld {
-    uint32_t copy, of;  // of < copy is not promised
 };
 
 // The hierarchy in arrays by detail, as a file has it or as a client has received it.  The format says what
@@ -82,6 +78,9 @@ class Model {
     glm::dvec3 world(uint32_t vertex) const;
     glm::u8vec3 colour(uint32_t vertex) const;
     uint16_t normal_code(uint32_t vertex) const;
+    uint16_t weld_number(uint32_t vertex) const { return weld_numbers_[vertex]; }  // welds.h
+    // The lattice coordinates, or the bits of single precision.
+    glm::u32vec3 exact_position(uint32_t vertex) const;
 
   private:
     const std::byte* at(uint64_t offset) const { return file_.bytes().data() + offset; }
@@ -92,6 +91,7 @@ class Model {
     core::InputFile file_;
     Header header_;
     Layout layout_;
+    WeldNumbers weld_numbers_;
 };
 
 // Unit space from what a file or a packet holds, the same bits on both sides.

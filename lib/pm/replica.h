@@ -41,6 +41,7 @@ struct VertexData {
     glm::u32vec3 position{0};  // lattice coordinates, or the bits of single precision where it is lossless
     glm::u8vec3 colour{0};
     uint16_t normal = 0xffff;
+    uint16_t weld = 0;  // welds.h: what it is one with at its place
 };
 
 struct ChildData {

@@ -1,7 +1,6 @@
 #include "pm/served_model.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "core/error.h"
 
@@ -85,15 +84,10 @@ Replica ServedModel::base_replica(Service service) const {
 VertexData ServedModel::vertex_data(uint32_t vertex) const {
     const Header& header = model_.header();
     VertexData data;
-    if (header.is_lossless()) {
-        const glm::vec3 p = model_.single(vertex);
-        data.position = {std::bit_cast<uint32_t>(p.x), std::bit_cast<uint32_t>(p.y),
-                         std::bit_cast<uint32_t>(p.z)};
-    } else {
-        data.position = model_.lattice(vertex);
-    }
+    data.position = model_.exact_position(vertex);
     if (header.has_colours()) data.colour = model_.colour(vertex);
     if (header.has_normals()) data.normal = model_.normal_code(vertex);
+    if (header.welds > 0) data.weld = model_.weld_number(vertex);
     return data;
 }
 

@@ -95,6 +95,14 @@ uint32_t code_exact(Coder& coder, SignedModel<32>& model, uint32_t from, uint32_
 }
 
 template <class Coder>
+uint16_t code_weld(Coder& coder, BitModel& is_welded, NumberModel<17>& model, uint16_t weld) {
+    if (!coder.bit(is_welded, weld != 0)) return 0;
+    const uint32_t number = 1 + code_number(coder, model, uint32_t(weld - 1));
+    if (number > kMostWeldNumber) throw core::Error("split: the number of a weld is too large");
+    return uint16_t(number);
+}
+
+template <class Coder>
 VertexData code_vertex(Coder& coder, SplitModels& models, const Replica& replica, uint32_t vertex,
                        const Ring& ring, const SplitData& split, const VertexData& value) {
     const Header& header = replica.header();
@@ -123,6 +131,11 @@ VertexData code_vertex(Coder& coder, SplitModels& models, const Replica& replica
             normal = uint16_t(normal | (uint32_t(base + difference) & 0xff) << (8 * half));
         }
         coded.normal = normal;
+    }
+    if (header.welds > 0) {
+        const bool is_at_boundary = split.left < 0 || split.right < 0;
+        coded.weld =
+            code_weld(coder, models.is_welded[is_at_boundary][from.weld != 0], models.weld, value.weld);
     }
     return coded;
 }
@@ -210,7 +223,8 @@ struct BaseModels {
     std::array<SignedModel<10>, 3> colour;
     TreeModel<8> normal_high, normal_low, error;
     TreeModel<6> radius;
-    BitModel leaf;
+    BitModel leaf, is_welded;
+    NumberModel<17> weld;
 };
 
 // Faces by their lowest corner; the others by how far they are beyond it.
@@ -267,6 +281,7 @@ void code_base_vertex(Coder& coder, BaseModels& models, const Header& header, co
         const uint32_t high = code_tree(coder, models.normal_high, vertex.normal >> 8);
         vertex.normal = uint16_t(high << 8 | code_tree(coder, models.normal_low, vertex.normal & 0xffu));
     }
+    if (header.welds > 0) vertex.weld = code_weld(coder, models.is_welded, models.weld, vertex.weld);
 }
 
 template <class Coder>

@@ -38,6 +38,8 @@ struct SplitModels {
     std::array<SignedModel<10>, 3> colour;
     std::array<SignedModel<10>, 2> normal;
     BitModel normal_is_known;
+    std::array<std::array<BitModel, 2>, 2> is_welded;  // at a boundary, from a vertex that is
+    NumberModel<17> weld;
     std::array<std::array<BitModel, 3>, kErrorClasses> leaf;
     std::array<NumberModel<9>, 3> error;
     std::array<SignedModel<8>, 12> radius;

@@ -1,6 +1,7 @@
 // Packets of splits, without a network: what the client has is what the server sent, and what a view wants.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/error.h"
 #include "pm/client.h"
@@ -24,7 +25,7 @@ pm::View random_view(Random& random, const pm::ServedModel& served) {
 
 std::vector<mesh::Mesh> meshes() {
     return {splat_test::icosphere(3), splat_test::bumpy_torus(24, 60, true), splat_test::terrain(20),
-            splat_test::mixed_scales()};
+            splat_test::mixed_scales(), crossed_sheets(20)};
 }
 
 TEST(Streaming, AllOfAModelIsTheModelFaceForFace) {
@@ -271,6 +272,29 @@ TEST(Streaming, DamagedPacketsAreErrorsOrMeshes) {
             for (int k = 0; k != 3; ++k) ASSERT_LT(face[k], mesh.positions.size());
     }
     EXPECT_GT(errors, 200);
+}
+
+TEST(Streaming, WhatWasCutHasTheNormalsOfTheWholeSurface) {
+    const mesh::Mesh input = crossed_sheets(20);
+    const pm::ServedModel served(build_model(input, lossless()));
+    ASSERT_GT(served.model().welds().size(), 15u);
+    StreamingLink link(served);
+    link.show(pm::View(), pm::Culling::off);
+    EXPECT_EQ(pm::mesh_of(link.client, link.finest()).positions.size(), input.positions.size());
+}
+
+TEST(Welds, AreNumbersThatTellApartWhatMeetsByChance) {
+    // 0, 2, 4 and 1, 3 are one at a place; 5, 6 elsewhere; 7 is said to be one with what is not there.
+    const std::vector<pm::Weld> welds = {{4, 2}, {2, 0}, {0, 4}, {3, 1}, {5, 6}, {7, 5}};
+    const pm::WeldNumbers numbers(welds, [](uint32_t v) { return glm::u32vec3(v < 5 ? 1 : v < 7 ? 2 : 3); });
+    std::vector<uint32_t> as(9);
+    std::iota(as.begin(), as.end(), 0u);
+    std::vector<pm::WeldedVertex> shown;
+    for (uint32_t v = 1; v != 8; ++v)
+        shown.push_back({glm::u32vec3(v < 5 ? 1 : v < 7 ? 2 : 3), numbers[v], v});
+    pm::join_welded(shown, as);
+    EXPECT_EQ(as, (std::vector<uint32_t>{0, 1, 2, 1, 2, 5, 5, 7, 8})) << "0 is not shown";
+    EXPECT_EQ(numbers[8], 0);
 }
 
 TEST(RangeCoder, GivesBackWhatItWasGiven) {

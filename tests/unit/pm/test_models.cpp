@@ -135,6 +135,33 @@ mesh::Mesh two_sheets() {
     return mesh;
 }
 
+mesh::Mesh crossed_sheets(int across) {
+    mesh::Mesh mesh;
+    std::vector<uint32_t> row[2];  // by grid: the vertices of the one before
+    for (int y = 0; y <= across; ++y) {
+        const auto first = uint32_t(mesh.positions.size());
+        for (int sheet = 0; sheet != 2; ++sheet) {
+            std::vector<uint32_t> next;
+            for (int x = 0; x <= across; ++x) {
+                if (sheet == 1 && x == across / 2) {
+                    next.push_back(first + uint32_t(x));
+                    continue;
+                }
+                next.push_back(uint32_t(mesh.positions.size()));
+                const float along = float(x - across / 2);
+                const float off = x == across / 2 ? 0 : 0.3f * std::sin(0.7f * float(x + 2 * y));
+                mesh.positions.push_back(sheet == 0 ? glm::vec3(along, y, off) : glm::vec3(off, y, along));
+            }
+            for (size_t x = 0; y > 0 && x != size_t(across); ++x) {
+                mesh.triangles.emplace_back(row[sheet][x], row[sheet][x + 1], next[x]);
+                mesh.triangles.emplace_back(row[sheet][x + 1], next[x + 1], next[x]);
+            }
+            row[sheet] = std::move(next);
+        }
+    }
+    return mesh;
+}
+
 std::vector<NamedMesh> all_shapes() {
     using namespace splat_test;
     mesh::Mesh equal = icosphere(1);
@@ -155,6 +182,7 @@ std::vector<NamedMesh> all_shapes() {
             {"strip", strip(80)},
             {"hub", hub(70)},
             {"two sheets", two_sheets()},
+            {"crossed sheets", crossed_sheets(12)},
             {"all points equal", equal},
             {"far away", shifted(icosphere(2), {1e9, -1e9, 1e9})}};
 }
