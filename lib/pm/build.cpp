@@ -31,7 +31,7 @@ class Builder {
         set_header();
         if (options_.with_normals) set_normals();
         surface_ = make_manifold(mesh_.triangles, mesh_.positions);
-        mesh_.triangles = {};
+        mesh_.triangles = std::vector<glm::u32vec3>();  // braces would keep its memory
         lap("clean");
         set_placement();
         set_positions();
@@ -46,7 +46,7 @@ class Builder {
         const Details details =
             make_details(positions_, surface_.faces, std::move(simplified), header().flags & kOpenSurface);
         count(details);
-        surface_.faces = {};
+        surface_.faces = std::vector<glm::u32vec3>();
         lap("order");
         write_model(header(), details, vertex_data(details), welds(details), out);
         report_.file_bytes = Layout(header()).end;
@@ -112,21 +112,21 @@ class Builder {
     void set_positions() {
         const size_t count = surface_.source.size();
         positions_.resize(count);
-        if (!header().is_lossless()) lattice_.resize(count);
-        const Placement& at = header().placement;
         core::parallel_for(
             count,
             [&](size_t v) {
-                const glm::vec3& p = mesh_.positions[surface_.source[v]];
-                if (header().is_lossless()) {
-                    positions_[v] = unit_from_single(p, header());
-                    return;
-                }
-                const glm::dvec3 unit = (glm::dvec3(p) - at.low) / at.extent;
-                lattice_[v] = glm::u32vec3(glm::floor(unit * header().steps() + 0.5));
-                positions_[v] = unit_from_lattice(lattice_[v], header());
+                const uint32_t source = surface_.source[v];
+                positions_[v] = header().is_lossless() ? unit_from_single(mesh_.positions[source], header())
+                                                       : unit_from_lattice(lattice(source), header());
             },
             kGrain);
+    }
+
+    // Of a vertex of the input.
+    glm::u32vec3 lattice(uint32_t source) const {
+        const Placement& at = report_.header.placement;
+        const glm::dvec3 unit = (glm::dvec3(mesh_.positions[source]) - at.low) / at.extent;
+        return glm::u32vec3(glm::floor(unit * report_.header.steps() + 0.5));
     }
 
     void judge_surface() {
@@ -174,7 +174,7 @@ class Builder {
             if (report_.header.is_lossless())
                 data.single.push_back(mesh_.positions[source]);
             else
-                data.lattice.push_back(lattice_[v]);
+                data.lattice.push_back(lattice(source));
             if (report_.header.has_normals())
                 data.normals.push_back(encode_normal(glm::dvec3(mesh_.normals[source])));
             if (report_.header.has_colours()) data.colours.push_back(mesh_.colours[source]);
@@ -197,7 +197,6 @@ class Builder {
     core::Stopwatch watch_;
     Manifold surface_;
     std::vector<glm::dvec3> positions_;  // unit space, rounded
-    std::vector<glm::u32vec3> lattice_;  // empty where lossless
 };
 
 }  // namespace

@@ -101,7 +101,7 @@ class Maker {
             faces_.push_back(made);
         }
         s = {};
-        number_ = {};
+        number_ = std::vector<uint32_t>();
     }
 
     void set_needs() {

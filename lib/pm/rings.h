@@ -21,6 +21,8 @@ class Rings {
                std::span<const uint32_t> vertices, size_t vertex_count) {
         begin_.resize(vertex_count);
         count_.resize(vertex_count);
+        // What a coarser mesh leaves over is given back, since what is kept of its collapses grows.
+        if (3 * faces.size() < spokes_.capacity() / 4 * 3) spokes_ = std::vector<Spoke>();
         spokes_.resize(3 * faces.size());
         for (const uint32_t v : vertices) count_[v] = 0;
         for (const uint32_t f : faces)

@@ -86,7 +86,7 @@ class Simplifier {
 
     SimplifyResult run(const std::function<void(uint64_t)>& progress) {
         rings_.build(result_.faces, live_faces_, live_vertices_, positions_.size());
-        supports_.emplace(positions_, rings_);
+        supports_.emplace(positions_, result_.faces.size(), rings_);
         set_quadrics();
         if (options_.flip_test) set_input_normals();
         prepare();
@@ -203,6 +203,7 @@ class Simplifier {
     }
 
     void run_pass(double share) {
+        supports_->begin_pass();
         find_targets();
         const std::vector<Candidate> list = candidates(share);
         const double limit = list.empty() ? 0 : list.back().cost;
@@ -250,12 +251,17 @@ class Simplifier {
         return true;
     }
 
-    uint32_t common_neighbours(uint32_t v, uint32_t u) {
-        if (stamp_ > std::numeric_limits<uint32_t>::max() - 2) {
+    // Marks of stamp_ and stamp_ + 1 are of nothing yet.
+    void begin_marks() {
+        if (stamp_ > std::numeric_limits<uint32_t>::max() - 3) {
             std::fill(mark_.begin(), mark_.end(), 0u);
             stamp_ = 0;
         }
         stamp_ += 2;
+    }
+
+    uint32_t common_neighbours(uint32_t v, uint32_t u) {
+        begin_marks();
         for (const Spoke& s : rings_[v]) mark_[s.next] = mark_[s.previous] = stamp_;
         uint32_t common = 0;
         const auto count = [&](uint32_t w) {
@@ -292,6 +298,7 @@ class Simplifier {
         Collapse c{v, u, kNone, kNone, {}};
         for (const Spoke& s : rings_[v]) {
             is_locked_[s.next] = is_locked_[s.previous] = 1;
+            supports_->change(s.corner / 3);
             if (s.next == u) c.left_corner = s.corner, --face_count_[s.previous];
             if (s.previous == u) c.right_corner = s.corner, --face_count_[s.next];
             if (s.next != u && s.previous != u)
@@ -340,28 +347,28 @@ class Simplifier {
     // hundred is farther off than its tolerance (the armadillo from near; with it, one in three thousand).
     void charge_neighbours(std::span<Collapse> fresh) {
         std::vector<uint32_t> neighbours;
+        begin_marks();
+        const auto list = [&](uint32_t v) {
+            if (mark_[v] == stamp_ || supports_->leaves(v) > kMostLeaves) return;
+            mark_[v] = stamp_;
+            neighbours.push_back(v);
+        };
         for (const Collapse& c : fresh)
-            for (const Spoke& s : rings_[c.kept])
-                neighbours.push_back(s.next), neighbours.push_back(s.previous);
-        std::erase_if(neighbours, [&](uint32_t v) { return supports_->leaves(v) > kMostLeaves; });
-        std::sort(neighbours.begin(), neighbours.end());
-        neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
-        std::vector<double> errors(neighbours.size());
+            for (const Spoke& s : rings_[c.kept]) list(s.next), list(s.previous);
         core::parallel_for(
             neighbours.size(),
-            [&](size_t i) { errors[i] = supports_->worst_error(neighbours[i], result_.faces, rings_); }, 32);
-        std::vector<double> known(neighbours.size());
-        for (size_t i = 0; i != neighbours.size(); ++i) {
-            known[i] = supports_->error(neighbours[i]);
-            supports_->set_error(neighbours[i], errors[i]);
-        }
+            [&](size_t i) {
+                const uint32_t v = neighbours[i];
+                const double error = supports_->worst_error(v, result_.faces, rings_);
+                if (!(error > supports_->error(v))) return;
+                supports_->set_error(v, error);
+                mark_[v] = stamp_ + 1;
+            },
+            32);
         for (Collapse& c : fresh) {
-            const auto charge = [&](uint32_t neighbour) {
-                const auto found = std::lower_bound(neighbours.begin(), neighbours.end(), neighbour);
-                if (found == neighbours.end() || *found != neighbour) return;
-                const auto i = size_t(found - neighbours.begin());
-                if (errors[i] > known[i])
-                    c.support.neighbours_error = std::max(c.support.neighbours_error, errors[i]);
+            const auto charge = [&](uint32_t v) {
+                if (mark_[v] == stamp_ + 1)
+                    c.support.neighbours_error = std::max(c.support.neighbours_error, supports_->error(v));
             };
             for (const Spoke& s : rings_[c.kept]) charge(s.next), charge(s.previous);
             c.support.error = std::max(c.support.error, c.support.neighbours_error);

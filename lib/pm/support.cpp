@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "core/parallel.h"
 #include "pm/format.h"
@@ -100,7 +101,7 @@ NormalCone merged(const NormalCone& a, const NormalCone& b) {
     return cone_about(axis, 0.5 * (first + between + second));
 }
 
-Supports::Supports(std::span<const glm::dvec3> positions, const Rings& rings)
+Supports::Supports(std::span<const glm::dvec3> positions, size_t face_count, const Rings& rings)
     : positions_(positions),
       next_leaf_(positions.size(), kNone),
       last_leaf_(positions.size()),
@@ -108,12 +109,15 @@ Supports::Supports(std::span<const glm::dvec3> positions, const Rings& rings)
       cones_(positions.size()),
       leaves_(positions.size(), 1),
       error_(positions.size()),
-      nearest_face_(positions.size()) {
+      worst_leaf_(positions.size()),
+      nearest_face_(positions.size()),
+      changed_(face_count),
+      measured_(positions.size()) {
     core::parallel_for(
         positions.size(),
         [&](size_t i) {
             const auto v = uint32_t(i);
-            last_leaf_[v] = v;
+            last_leaf_[v] = worst_leaf_[v] = v;
             nearest_face_[v] = rings[v][0].corner / 3;
             double radius2 = 0;
             for (const Spoke& s : rings[v])
@@ -126,11 +130,22 @@ Supports::Supports(std::span<const glm::dvec3> positions, const Rings& rings)
         1024);
 }
 
+void Supports::begin_pass() {
+    if (pass_ == std::numeric_limits<uint16_t>::max()) {
+        // As if all had changed: every leaf is looked at once more.
+        std::fill(changed_.begin(), changed_.end(), uint16_t(1));
+        std::fill(measured_.begin(), measured_.end(), uint16_t(0));
+        pass_ = 1;
+    }
+    ++pass_;
+}
+
 void Supports::join(uint32_t removed, uint32_t kept) {
     next_leaf_[last_leaf_[kept]] = removed;
     last_leaf_[kept] = last_leaf_[removed];
     cones_[kept] = merged(cones_[kept], cones_[removed]);
     leaves_[kept] += leaves_[removed];
+    if (error_[removed] > error_[kept]) worst_leaf_[kept] = worst_leaf_[removed];
 }
 
 Support Supports::measure(uint32_t kept, std::span<const glm::u32vec3> corners, const Rings& rings) {
@@ -138,7 +153,7 @@ Support Supports::measure(uint32_t kept, std::span<const glm::u32vec3> corners, 
     for (uint32_t leaf = kept; leaf != kNone; leaf = next_leaf_[leaf])
         radius =
             std::max(radius, glm::length(positions_[leaf] - positions_[kept]) + double(leaf_radius_[leaf]));
-    error_[kept] = 0;
+    error_[kept] = 0, measured_[kept] = 0;
     return {radius * (1 + 1e-12), error_[kept] = worst_error(kept, corners, rings), cones_[kept], 0};
 }
 
@@ -147,39 +162,51 @@ double Supports::worst_error(uint32_t vertex, std::span<const glm::u32vec3> corn
     double worst2 = known2;
     // Once a leaf asks for them: the vertex's own faces, and then those of its neighbours, since at the
     // border of what is below the vertex the nearest face may be theirs.
-    thread_local std::vector<uint32_t> faces;
+    struct Near {
+        glm::dvec3 a, b, c;  // here, since many leaves come for them
+        uint32_t face;
+        double squared_distance(const glm::dvec3& p) const {
+            return squared_distance_to_triangle(p, a, b, c);
+        }
+    };
+    const auto near = [&](uint32_t f) {
+        const glm::u32vec3& face = corners[f];
+        return Near{positions_[face.x], positions_[face.y], positions_[face.z], f};
+    };
+    thread_local std::vector<Near> faces;
     faces.clear();
     const size_t own = rings[vertex].size();
     const auto add_own = [&] {
-        for (const Spoke& s : rings[vertex]) faces.push_back(s.corner / 3);
+        for (const Spoke& s : rings[vertex]) faces.push_back(near(s.corner / 3));
     };
     const auto add_neighbours = [&] {
         for (const Spoke& spoke : rings[vertex])
             for (const Spoke& s : rings[spoke.next])
-                if (s.next != vertex && s.previous != vertex) faces.push_back(s.corner / 3);
-    };
-    const auto squared_distance = [&](const glm::dvec3& p, uint32_t f) {
-        const glm::u32vec3& face = corners[f];
-        return squared_distance_to_triangle(p, positions_[face.x], positions_[face.y], positions_[face.z]);
+                if (s.next != vertex && s.previous != vertex) faces.push_back(near(s.corner / 3));
     };
     const auto is_there = [&](uint32_t face) {
         const glm::u32vec3& c = corners[face];
         return !rings[c.x].empty() && !rings[c.y].empty() && !rings[c.z].empty();
     };
-    for (uint32_t leaf = vertex; leaf != kNone; leaf = next_leaf_[leaf]) {
+    const uint16_t measured = std::exchange(measured_[vertex], pass_);
+    const auto look_at = [&](uint32_t leaf) {
+        uint32_t& nearest = nearest_face_[leaf];
+        if (changed_[nearest] <= measured) return;
         const glm::dvec3 p = positions_[leaf];
         // Only the worst leaf counts: one face within the worst so far is enough to go on.
-        if (squared_length(p - positions_[vertex]) <= worst2) continue;
-        uint32_t& nearest = nearest_face_[leaf];
-        double nearest2 = is_there(nearest) ? squared_distance(p, nearest) : INFINITY;
+        if (squared_length(p - positions_[vertex]) <= worst2) return;
+        double nearest2 = is_there(nearest) ? near(nearest).squared_distance(p) : INFINITY;
         if (nearest2 > worst2 && faces.empty()) add_own();
         for (size_t i = 0; i != faces.size() && nearest2 > worst2; ++i) {
-            const double d2 = squared_distance(p, faces[i]);
-            if (d2 < nearest2) nearest2 = d2, nearest = faces[i];
+            const double d2 = faces[i].squared_distance(p);
+            if (d2 < nearest2) nearest2 = d2, nearest = faces[i].face;
             if (i + 1 == own && faces.size() == own && nearest2 > worst2) add_neighbours();
         }
-        worst2 = std::max(worst2, nearest2);
-    }
+        if (nearest2 > worst2) worst2 = nearest2, worst_leaf_[vertex] = leaf;
+    };
+    // The one that was worst is so again, more or less, and spares the others a search.
+    look_at(worst_leaf_[vertex]);
+    for (uint32_t leaf = vertex; leaf != kNone; leaf = next_leaf_[leaf]) look_at(leaf);
     return worst2 > known2 ? std::sqrt(worst2) : error_[vertex];
 }
 

@@ -43,8 +43,7 @@ class Groups {
 
 }  // namespace
 
-WeldNumbers::WeldNumbers(std::span<const Weld> welds,
-                         const std::function<glm::u32vec3(uint32_t)>& place) {
+WeldNumbers::WeldNumbers(std::span<const Weld> welds, const std::function<glm::u32vec3(uint32_t)>& place) {
     struct Member {
         glm::u32vec3 place;
         uint32_t group, vertex;

@@ -1,5 +1,5 @@
-// Vertices that are one in the input, where it was not manifold and was cut: which of those that are shown are
-// drawn as one.
+// Vertices that are one in the input, where it was not manifold and was cut: which of those that are shown
+// are drawn as one.
 //
 // They stand at one place, and a number tells apart what meets there by chance.  So a client knows it of
 // vertices that have come, whatever they are called in the file.

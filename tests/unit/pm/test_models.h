@@ -46,8 +46,8 @@ mesh::Mesh one_triangle();
 mesh::Mesh bow_tie();        // two tetrahedra with one vertex in common
 mesh::Mesh book(int pages);  // triangles about one edge
 mesh::Mesh strip(int triangles);
-mesh::Mesh hub(int spokes);  // a flat disc of triangles about one vertex
-mesh::Mesh two_sheets();     // four faces about an edge, joined at both of its ends
+mesh::Mesh hub(int spokes);             // a flat disc of triangles about one vertex
+mesh::Mesh two_sheets();                // four faces about an edge, joined at both of its ends
 mesh::Mesh crossed_sheets(int across);  // two bumpy grids with a row of vertices in common
 
 }  // namespace pm_test
