@@ -71,7 +71,7 @@ SECTIONS = [
      "pictures after so many bytes. Then error against bytes beside points and points with triangles as leaves.",
      ["pm-paths", "pm-memory", "pm-bytes", "pm-faces"],
      ["pm-services", "pm-fixed-tolerance", "pm-fixed-bytes", "pm-paths", "pm-tolerance", "pm-memory-summary", "pm-clients",
-      "pm-session"]),
+      "pm-idle-clients", "pm-session"]),
     ("Point sampling",
      "The server of ppve-sample, at 1280x800: how long an image takes and what of the scene it reads, how small it gets beside "
      "the paper's codec, and whole updates on a way: sample, leave out what the client has, code, keep.",

@@ -9,12 +9,14 @@ import subprocess
 from . import links
 from .programs import log, read, run
 
-PROGRAMS = ["pm-build", "pm-serve", "pm-fetch", "pm_bench", "pm_fronts", "qs-path", "qs-render", "qs-info"]
+PROGRAMS = ["pm-build", "pm-serve", "pm-fetch", "pm_bench", "pm_clients", "pm_fronts", "qs-path", "qs-render", "qs-info"]
 SERVICES = {"views": [], "one way": ["--one-way"], "lists": ["--lists"]}
 SHARES = {"1/200": 1 / 200, "1/1000": 1 / 1000}  # of the picture's height
 PATHS = ["orbit", "dolly", "walk"]
 PAPER_PACKET_BYTES = 80
 HALF_MEGABYTE = 500_000
+VIEWS_A_SECOND = 10
+STARTING_S = 2
 
 
 def lacks(bench):
@@ -245,26 +247,36 @@ class Progressive:
     # ---- clients ----
 
     def measure_clients(self):
-        """Clients that walk through the model in real time, ten views a second each."""
-        path = self.folder / "steady.jsonl"
-        lines = [json.loads(line) for line in self.paths["walk"].read_text().splitlines()]
-        path.write_text("".join(json.dumps(dict(line, t=i / 10)) + "\n" for i, line in enumerate(lines)))
-        rows = []
-        for count in (4,) if self.bench.quick else (1, 20):
+        """Clients that walk through the model in real time, ten views a second each, and clients that do nothing."""
+        path, rows = self.folder / "steady.jsonl", []
+        run(self.bench.program("qs-path"), "walk", self.bench.model(self.bench.name), "--frames", 16 if self.bench.quick else 200,
+            "-o", path)
+        for count in (4,) if self.bench.quick else (1, 20, 100):
             with self.server() as (process, place):
-                reports = [self.folder / f"client-{i}.jsonl" for i in range(count)]
-                clients = [subprocess.Popen([self.bench.program("pm-fetch"), place, "--path", path, "--realtime", "--threshold", "1",
-                                             "--quiet", "--report", report]) for report in reports]
-                if any([client.wait() for client in clients]):
+                address, _, name = place.removeprefix("pm://").rpartition("/")
+                walk = json.loads(read(self.bench.program("pm_clients"), "walk", address, name, path, self.size_words(),
+                                       1, count, VIEWS_A_SECOND))
+                rows.append(dict(walk, server_cpu_s=cpu_s(process.pid), server_rss_bytes=rss_bytes(process.pid)))
+        self.bench.tables.write("pm-clients", f"clients of one server, walk at {VIEWS_A_SECOND} views/s, beginning at the same time; "
+                                "late: not answered when the next view comes", rows)
+        # The first view brings much of the model, to all clients at once.
+        steady = [row["clients"] for row in rows if row["last_late_s"] < STARTING_S]
+        self.goal("progressive mesh, clients of one server without falling behind", "count", 20, 100, max(steady, default=0), True)
+        self.measure_idle_clients(20 if self.bench.quick else 1000)
+
+    def measure_idle_clients(self, count):
+        with self.server() as (process, place):
+            address, _, name = place.removeprefix("pm://").rpartition("/")
+            before = rss_bytes(process.pid)
+            with subprocess.Popen([self.bench.program("pm_clients"), "idle", address, name, str(count)], text=True,
+                                  stdin=subprocess.PIPE, stdout=subprocess.PIPE) as clients:
+                if clients.stdout.readline() != "ready\n":
                     raise SystemExit("bench: a client of pm-serve failed")
-                spent = cpu_s(process.pid)
-            frames = [[json.loads(line) for line in report.read_text().splitlines()] for report in reports]
-            late = [i for client in frames for i, frame in enumerate(client) if not frame["is_complete"]]
-            first = sorted(client[0]["first_packet_ms"] for client in frames)
-            rows.append({"clients": count, "views": sum(map(len, frames)), "late": len(late),
-                         "last_late_s": (max(late, default=-1) + 1) / 10, "first_packet_ms_median": first[len(first) // 2],
-                         "first_packet_ms_worst": first[-1], "server_cpu_s": spent})
-        self.bench.tables.write("pm-clients", "clients of one server, walk at 10 views/s, beginning at the same time", rows)
+                after = rss_bytes(process.pid)
+                clients.stdin.close()
+        self.bench.tables.write("pm-idle-clients", "memory of a server by clients that have opened the model and do nothing", [
+            {"clients": count, "rss_before_bytes": before, "rss_after_bytes": after, "bytes_a_client": (after - before) / count}])
+        self.goal(f"progressive mesh, memory of {count} idle clients", "B", 100e6, None, after - before)
 
     # ---- the comparison that nobody has made ----
 
@@ -324,3 +336,8 @@ def cpu_s(pid):
     with open(f"/proc/{pid}/stat") as file:
         fields = file.read().rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def rss_bytes(pid):
+    with open(f"/proc/{pid}/status") as file:
+        return next(int(line.split()[1]) * 1024 for line in file if line.startswith("VmRSS"))
