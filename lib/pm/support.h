@@ -76,7 +76,7 @@ class Supports {
     // By leaf: the face that was nearest when it was looked for last, which may be gone.
     std::vector<uint32_t> nearest_face_;
     // A leaf whose nearest face is as it was when its vertex was measured last is no farther off now.  So
-    // most need no look, which halves the time that this takes.
+    // most of them need no look.
     uint16_t pass_ = 0;
     std::vector<uint16_t> changed_;   // by face: the pass that did, 0 for none
     std::vector<uint16_t> measured_;  // by vertex: the pass behind which all leaves below it were looked at
