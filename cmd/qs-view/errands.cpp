@@ -34,8 +34,18 @@ Errands::~Errands() {
 }
 
 void Errands::write(const std::string& name, const std::string& ending, std::function<std::string()> make) {
+    add([name, ending, make = std::move(make)] {
+        const std::string bytes = make();
+        core::OutputFile file(name.empty() ? free_name(ending) : name);
+        file.write(bytes);
+        file.commit();
+        return file.name();
+    });
+}
+
+void Errands::add(Errand errand) {
     const std::lock_guard lock(mutex_);
-    waiting_.push_back({name, ending, std::move(make)});
+    waiting_.push_back(std::move(errand));
     changed_.notify_all();
 }
 
@@ -51,11 +61,7 @@ void Errands::finish() {
 
 std::string Errands::do_it(const Errand& errand) {
     try {
-        const std::string bytes = errand.make();
-        const std::string name = errand.name.empty() ? free_name(errand.ending) : errand.name;
-        core::OutputFile file(name);
-        file.write(bytes);
-        file.commit();
+        const std::string name = errand();
         core::notice("wrote " + name);
         return "wrote " + name;
     } catch (const core::Error& error) {

@@ -17,6 +17,9 @@ class Errands {
     explicit Errands(std::function<void()> on_done);
     ~Errands();  // does what is left first
 
+    // Writes a file, in the errands' thread, and returns its name.
+    using Errand = std::function<std::string()>;
+    void add(Errand errand);
     // `make` has the bytes; called in the errands' thread.  Without a name a new file is made:
     // qs-view-0001.ENDING, or the first number that there is no file of.
     void write(const std::string& name, const std::string& ending, std::function<std::string()> make);
@@ -28,12 +31,8 @@ class Errands {
     void finish();
 
   private:
-    struct Errand {
-        std::string name, ending;
-        std::function<std::string()> make;
-    };
     void run();
-    std::string do_it(const Errand& errand);
+    static std::string do_it(const Errand& errand);
 
     std::function<void()> on_done_;
     std::mutex mutex_;

@@ -157,8 +157,12 @@ void Viewer::meet(const view::Opened& opened) {
     core::notice(text("opened %s in %.2f s; drawn by ", session_->name().c_str(), opened.opening_s) +
                  opened.description);
     const std::optional<glm::dvec3> light = navigator_.key_light();
+    // Opened anew, it has those views that are still being written, too.
+    const view::SavedViews views = kept_camera_ ? navigator_.views() : opened.views;
     navigator_ = view::Navigator(opened.home, opened.bounds);
     navigator_.set_key_light(light);
+    navigator_.set_views(views);
+    if (!opened.views_trouble.empty()) core::warn(opened.views_trouble);
     const glm::ivec2 size = window_.size_px();
     navigator_.resize(size.x, size.y);
     if (kept_camera_) navigator_.jump_to(*kept_camera_, Window::time_s());
@@ -350,13 +354,22 @@ void Viewer::key(int key, const Modifiers& with, bool) {
             break;
     }
     const int digit = key - GLFW_KEY_1;
-    if (digit < 0 || digit >= int(view::Navigator::kViews)) return;
-    if (with.control || with.shift) {
-        navigator_.save_view(size_t(digit));
-        note(text("view %d saved", digit + 1));
-    } else if (!navigator_.go_to_view(size_t(digit), now_s)) {
+    if (digit < 0 || digit >= int(view::SavedViews().size())) return;
+    if (with.control || with.shift)
+        save_view(size_t(digit));
+    else if (!navigator_.go_to_view(size_t(digit), now_s))
         note(text("no view %d; ctrl %d saves one", digit + 1, digit + 1));
-    }
+}
+
+// Kept for the next window too, where there is a place for it.
+void Viewer::save_view(size_t number) {
+    navigator_.save_view(number);
+    if (opened_->views_folder.empty())
+        return note(text("view %zu saved, until the window is closed: ", number + 1) +
+                    opened_->views_trouble);
+    errands_.add([folder = opened_->views_folder, number, camera = navigator_.camera()] {
+        return view::write_view(folder, number, camera);
+    });
 }
 
 void Viewer::character(unsigned code) {

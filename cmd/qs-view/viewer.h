@@ -53,6 +53,7 @@ class Viewer final : private Events {
     void toggle_shade(render::Shade shade);
     void toggle_recording();
     void end_recording();
+    void save_view(size_t number);
     void save_picture(const std::string& name);
     void print_camera() const;
     bool is_restless(double now_s) const;

@@ -4,12 +4,12 @@
 // left corner.
 #pragma once
 
-#include <array>
 #include <glm/glm.hpp>
 #include <optional>
 
 #include "geom/camera.h"
 #include "geom/sphere.h"
+#include "view/saved_views.h"
 #include "view/trackball.h"
 
 namespace view {
@@ -54,9 +54,11 @@ class Navigator {
 
     void go_home(double time_s) { jump_to(home_, time_s); }
     void set_home(const geom::Camera& home) { home_ = home; }
-    static constexpr size_t kViews = 9;
-    void save_view(size_t number) { saved_[number] = camera_; }  // 0 to kViews - 1
-    bool go_to_view(size_t number, double time_s);               // false where none was saved
+    // An index of SavedViews.
+    void save_view(size_t number) { saved_[number] = camera_; }
+    bool go_to_view(size_t number, double time_s);  // false where none was saved
+    const SavedViews& views() const { return saved_; }
+    void set_views(const SavedViews& views) { saved_ = views; }
     void jump_to(const geom::Camera& camera, double time_s);
 
     // Lets time pass: a ball that was let go turns on.
@@ -78,7 +80,7 @@ class Navigator {
     glm::dvec2 last_px_{0};
     double drag_depth_ = 0;
     Spin spin_;
-    std::array<std::optional<geom::Camera>, kViews> saved_{};
+    SavedViews saved_{};
     double moved_s_ = -1e9;
 };
 

@@ -22,6 +22,21 @@ constexpr Seconds kPatience{0.5};
 
 std::atomic<int> left_count = 0;
 
+// What was saved is no reason not to open what it was saved of.
+void find_views(const std::vector<std::string>& sources, Opened& opened) {
+    const auto tried = [&](const auto& attempt) {
+        try {
+            attempt();
+        } catch (const core::Error& error) {
+            opened.views_trouble = error.what();
+        }
+    };
+    tried([&] { opened.views_folder = views_folder(sources); });
+    if (opened.views_folder.empty()) return;
+    for (size_t number = 0; number < opened.views.size(); ++number)
+        tried([&] { opened.views[number] = read_view(opened.views_folder, number); });
+}
+
 std::string name_of(const std::vector<std::string>& sources) {
     std::string name;
     for (const std::string& source : sources) name += (name.empty() ? "" : " ") + source;
@@ -90,6 +105,7 @@ void Session::State::open() {
     made->bounds = subject->bounds();
     made->home = camera.camera(made->bounds, outline, double(options.width) / options.height);
     made->description = subject->describe();
+    find_views(sources, *made);
     made->opening_s = Seconds(Clock::now() - begin).count();
     tell([&] { opened = std::move(made); });
 }

@@ -14,6 +14,7 @@
 
 #include "scene/camera_options.h"
 #include "view/picture.h"
+#include "view/saved_views.h"
 #include "view/subject.h"
 
 namespace view {
@@ -23,6 +24,10 @@ struct Opened {
     geom::Camera home;
     geom::Sphere bounds;
     std::string description;
+    // Those saved of it before, and where more are kept; empty where they are not.
+    SavedViews views{};
+    std::string views_folder{};
+    std::string views_trouble{};  // why they are not kept, or one could not be read
     double opening_s = 0;
 };
 

@@ -61,3 +61,21 @@ wait_for shows 204 204 204 && echo "the glass is there while M is held"
 xdotool keyup m
 press_keys q
 end_viewer
+
+# Another window, empty at first: a model is dropped on it, whose saved view is there still; it fills the screen and
+# goes back.
+start_viewer --resolution 320,240
+window=$(xdotool search --name "^qs-view")
+"$QS_SOURCE/tests/tools/qs-view/drop" "$window" bumpy.qs
+then_says 0 "picture complete"
+press_keys 1
+[[ $(camera) == "$saved" ]] && echo "a view is kept for the next window"
+has_size() { # WIDTH HEIGHT: of the window
+    [[ $(xdotool getwindowgeometry --shell "$window") == *"WIDTH=$1"*"HEIGHT=$2"* ]]
+}
+press_keys F11
+wait_for has_size 640 480 && echo "the window fills the screen"
+press_keys F11
+wait_for has_size 320 240 && echo "and goes back"
+press_keys q
+end_viewer

@@ -2,6 +2,7 @@
 # case.
 source "$QS_SOURCE/tests/tools/qs-fetch/servers.bash"
 needs Xvfb xdotool
+python3 -c "import Xlib" 2> /dev/null || { echo "python3-xlib is not installed"; exit 77; }
 
 # The leak checker crashes now and then, in its own threads, when a program ends that has a driver's threads.
 export ASAN_OPTIONS=${ASAN_OPTIONS-}:detect_leaks=0
