@@ -44,11 +44,11 @@ void draw_status(const OverlayContent& content, const ImVec2& size) {
     ImGui::End();
 }
 
-void draw_legend(const ImVec2& size) {
+void draw_legend(const std::vector<view::LegendEntry>& legend, const ImVec2& size) {
     begin("legend", ImVec2(size.x, size.y), ImVec2(1, 1));
     ImGui::TextUnformatted("drawn so wide");
     const float side = ImGui::GetFontSize();
-    for (const view::LegendEntry& entry : view::legend()) {
+    for (const view::LegendEntry& entry : legend) {
         const ImVec2 at = ImGui::GetCursorScreenPos();
         ImGui::GetWindowDrawList()->AddRectFilled(
             at, ImVec2(at.x + side, at.y + side),
@@ -112,7 +112,7 @@ void Overlay::draw(const OverlayContent& content, const glm::ivec2& size_px) {
     ImGui_ImplOpenGL3_NewFrame();
     ImGui::NewFrame();
     draw_status(content, size);
-    if (content.has_legend) draw_legend(size);
+    if (!content.legend.empty()) draw_legend(content.legend, size);
     if (content.has_keys) draw_keys();
     if (!content.message.empty()) draw_message(content.message, size);
     ImGui::Render();

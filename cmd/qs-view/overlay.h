@@ -3,8 +3,9 @@
 
 #include <glm/glm.hpp>
 #include <string>
+#include <vector>
 
-#include "view/picture.h"
+#include "view/status.h"
 
 namespace qs_view {
 
@@ -12,9 +13,10 @@ struct OverlayContent {
     std::string status;  // empty: hidden
     // 1: no bar; a download of 0: on its way, of unknown length.
     double refinement = 1, download = 1;  // 1: no bar
-    bool has_legend = false, has_keys = false;
-    std::string message;  // in the middle: what is wrong, or waited for
-    std::string note;     // above the status line: what was just done
+    bool has_keys = false;
+    std::vector<view::LegendEntry> legend;  // empty: none
+    std::string message;                    // in the middle: what is wrong, or waited for
+    std::string note;                       // above the status line: what was just done
     bool is_recording = false;
 };
 

@@ -206,7 +206,7 @@ OverlayContent Viewer::overlay_content(double now_s) {
     if (now_s < note_until_s_) content.note = note_;
     if (!picture_ || !shows_status_) return content;
     const view::PictureReport& report = picture_->report;
-    content.has_legend = look_.shade == render::Shade::level && report.splats > 0;
+    if (look_.shade == render::Shade::level) content.legend = view::legend(report);
     content.status = view::status_line(report, {pictures_.rate(now_s), fetched_.rate(now_s)});
     if (!report.trouble.empty()) content.note = report.trouble;
     if (!navigator_.is_moving(now_s)) content.refinement = report.refinement;

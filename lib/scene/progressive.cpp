@@ -1,7 +1,9 @@
 #include "scene/progressive.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "core/error.h"
 #include "net/address.h"
@@ -10,6 +12,7 @@
 #include "pm/follow.h"
 #include "pm/selection.h"
 #include "render/raster.h"
+#include "render/shading.h"
 
 namespace scene {
 
@@ -95,11 +98,27 @@ class ServerSource final : public ProgressiveSource {
     int frame_ = 0;
 };
 
+// In the picture, of triangle `i`; infinite where it reaches behind the eye.
+float longest_side_px(const geom::View& view, const geom::TriangleBatch& batch, int i) {
+    glm::vec2 at[3];
+    for (int k = 0; k != 3; ++k) {
+        const float depth = batch.z[k][i];
+        if (!(depth > 0)) return std::numeric_limits<float>::infinity();
+        at[k] = float(view.focal_px) * glm::vec2(batch.x[k][i], batch.y[k][i]) / depth;
+    }
+    return std::max({glm::distance(at[0], at[1]), glm::distance(at[1], at[2]), glm::distance(at[2], at[0])});
+}
+
 // From vertices to the triangles of batches, in the view's space.
 class BatchMaker {
   public:
-    BatchMaker(const mesh::Mesh& mesh, const geom::View& view, render::SplatPainter& painter)
-        : mesh_(mesh), view_(view), painter_(painter), normals_(render::filled_normals(mesh)) {}
+    BatchMaker(const mesh::Mesh& mesh, const geom::View& view, bool shows_sizes,
+               render::SplatPainter& painter)
+        : mesh_(mesh),
+          view_(view),
+          shows_sizes_(shows_sizes),
+          painter_(painter),
+          normals_(render::filled_normals(mesh)) {}
 
     void add(const glm::u32vec3& face) {
         glm::vec3 normals[3];
@@ -116,6 +135,8 @@ class BatchMaker {
             if (!mesh_.colours.empty()) colour += glm::uvec3(mesh_.colours[v]);
         }
         colour = (colour + 1u) / 3u;
+        if (shows_sizes_)
+            colour = glm::uvec3(render::level_colour(longest_side_px(view_, batch_, batch_.count)));
         batch_.colour[batch_.count] = colour.x | colour.y << 8 | colour.z << 16;
         if (++batch_.count == geom::TriangleBatch::kCapacity) flush();
     }
@@ -127,6 +148,7 @@ class BatchMaker {
   private:
     const mesh::Mesh& mesh_;
     const geom::View& view_;
+    bool shows_sizes_;
     render::SplatPainter& painter_;
     std::vector<glm::vec3> normals_;
     geom::TriangleBatch batch_;
@@ -153,10 +175,13 @@ void draw_mesh(const mesh::Mesh& mesh, const geom::View& view, const render::Loo
                render::SplatPainter& painter, render::Frame& frame) {
     render::SplatterOptions options;
     options.look = look;
-    options.has_colour = !mesh.colours.empty();
+    // What is a leaf to the painter is a triangle of any size here.
+    const bool shows_sizes = look.shade == render::Shade::level;
+    if (shows_sizes) options.look.shade = render::Shade::lit;
+    options.has_colour = shows_sizes || !mesh.colours.empty();
     options.has_triangles = true;
     painter.begin(view, options, 1);
-    auto maker = std::make_unique<BatchMaker>(mesh, view, painter);
+    auto maker = std::make_unique<BatchMaker>(mesh, view, shows_sizes, painter);
     for (const glm::u32vec3& face : mesh.triangles) maker->add(face);
     maker->flush();
     painter.end_task(0);

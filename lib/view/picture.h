@@ -43,6 +43,7 @@ struct PictureReport {
     double threshold_px = 0;
     double error_bound_px = 0;  // infinity where nothing is promised
     uint64_t splats = 0, triangles = 0;
+    bool has_leaf_triangles = false;  // the triangles are the mesh itself, which nothing is finer than
     uint64_t bytes_touched = 0;
     double draw_ms = 0;
     // Of the way from coarse to the wished threshold, 0 to 1.

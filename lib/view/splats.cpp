@@ -218,6 +218,7 @@ PictureReport Splats::report(const scene::DrawReport& drawn) const {
     r.error_bound_px = drawn.counts.error_bound_px;
     r.splats = drawn.counts.splats;
     r.triangles = drawn.counts.triangles;
+    r.has_leaf_triangles = r.triangles > 0;
     r.bytes_touched = drawn.bytes_touched;
     r.draw_ms = drawn.traverse_ms + drawn.draw_ms;
     r.is_final = !next_threshold();

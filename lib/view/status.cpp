@@ -46,10 +46,11 @@ std::string status_line(const PictureReport& r, const Rates& rates) {
     return line;
 }
 
-std::vector<LegendEntry> legend() {
+std::vector<LegendEntry> legend(const PictureReport& report) {
     std::vector<LegendEntry> entries;
     constexpr int kMostPx = 128;
-    entries.push_back({render::level_colour(0.5f), "below 1 px"});
+    entries.push_back({render::level_colour(0.5f),
+                       report.has_leaf_triangles ? "below 1 px, or the mesh itself" : "below 1 px"});
     for (int px = 1; px < kMostPx; px *= 2)
         entries.push_back({render::level_colour(float(px)), text("%d to %d px", px, 2 * px)});
     entries.push_back({render::level_colour(float(kMostPx)), text("%d px and more", kMostPx)});

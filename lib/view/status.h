@@ -19,12 +19,13 @@ struct Rates {
 // MB/s": what there is of it.
 std::string status_line(const PictureReport& report, const Rates& rates);
 
-// What a picture by resolution means: the colour of what is drawn so wide on the screen.
+// What a picture by resolution means: the colour of what is drawn so wide on the screen, a splat, a point, or
+// the longest side of a triangle.  Triangles that are the mesh itself have the colour of the finest splats.
 struct LegendEntry {
     glm::u8vec3 colour;
     std::string text;  // "2 to 4 px"
 };
-std::vector<LegendEntry> legend();
+std::vector<LegendEntry> legend(const PictureReport& report);
 
 // What a key or the mouse does, as F1 shows it and qs-view(1) has it.
 struct KeyHelp {

@@ -7,7 +7,10 @@
 
 #include "render/compare.h"
 #include "render/raster.h"
+#include "render/shading.h"
+#include "scene/backends.h"
 #include "scene/draw.h"
+#include "scene/progressive.h"
 #include "scene/reference.h"
 #include "scene/shots.h"
 #include "test_meshes.h"
@@ -73,6 +76,33 @@ void expect_mean_of(const Frame& large, int across, const Frame& frame) {
 }
 
 }  // namespace
+
+// A triangle that faces the eye, its longest side so many pixels long.
+Frame drawn_by_size(double side_px) {
+    mesh::Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 0.5f, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    geom::Camera camera;
+    camera.target = {0.2, 0.2, 0};
+    camera.eye = {0.2, 0.2, 4};
+    camera.fovy_deg = 30;
+    geom::View view = geom::make_view(camera, 200, 200);
+    view.focal_px = 4 * side_px / std::sqrt(1.25);
+    const scene::Backend backend = scene::open_backend(scene::BackendKind::cpu);
+    Frame frame;
+    scene::draw_mesh(mesh, view, {render::Shade::level}, *backend.painter, frame);
+    return frame;
+}
+
+TEST(ShadeLevel, ColoursTrianglesOfAMeshByTheirLongestSide) {
+    for (const double side_px : {5.0, 30.0, 60.0, 150.0}) {
+        const Frame frame = drawn_by_size(side_px);
+        const glm::u8vec3 expected = render::level_colour(float(side_px));
+        const size_t middle = 3 * (100 * 200 + 100);
+        const glm::u8vec3 found(frame.rgb[middle], frame.rgb[middle + 1], frame.rgb[middle + 2]);
+        EXPECT_EQ(found, expected) << side_px;
+    }
+}
 
 TEST(Samples, AreThePixelsOfALargerPicture) {
     const mesh::Mesh mesh = bumpy_torus(60, 160, true);

@@ -22,10 +22,14 @@ TEST(Status, SaysWhatThereIsAndNothingElse) {
 }
 
 TEST(Legend, NamesTheColourOfEachSize) {
-    const std::vector<view::LegendEntry> entries = view::legend();
+    const std::vector<view::LegendEntry> entries = view::legend({});
     ASSERT_EQ(entries.size(), 9u);
     for (size_t i = 1; i < entries.size(); ++i) EXPECT_NE(entries[i].colour, entries[i - 1].colour);
+    EXPECT_EQ(entries[0].text, "below 1 px");
     EXPECT_EQ(entries[2].text, "2 to 4 px");
+    view::PictureReport report;
+    report.has_leaf_triangles = true;
+    EXPECT_EQ(view::legend(report)[0].text, "below 1 px, or the mesh itself");
 }
 
 TEST(Meter, TellsTheRateOfTheLastWhile) {
