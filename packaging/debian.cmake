@@ -4,7 +4,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME qs-tools)
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own
-set(CPACK_PACKAGE_CONTACT "the qs-tools authors <qs-tools@example.org>")
+set(CPACK_PACKAGE_CONTACT "qs-tools developers <qs-tools@example.org>")
 set(CPACK_STRIP_FILES ON)
 # Units are told where the programs will be, which is not where they are staged.
 set(CPACK_SET_DESTDIR ON)
