@@ -216,9 +216,11 @@ Scene half_and_half(const Mesh& mesh, float cell) {
     });
 }
 
-Scene test_scene() {
-    Scene scene = half_and_half(render_test::ball(5, {0.2f, 0.1f, 3}, 1), 0.25f);
-    const Scene behind = half_and_half(render_test::sheet(30, -2, -2, 4.0f / 30, 3.6f, 0.3f, 0.2f, 7), 0.4f);
+Scene test_scene(int ball_level = 5, int sheet_cells = 30) {
+    Scene scene = half_and_half(render_test::ball(ball_level, {0.2f, 0.1f, 3}, 1), 0.25f);
+    const float cell = 4.0f / float(sheet_cells);
+    const Scene behind =
+        half_and_half(render_test::sheet(sheet_cells, -2, -2, cell, 3.6f, 0.3f, 0.2f, 7), 0.4f);
     scene.triangles.insert(scene.triangles.end(), behind.triangles.begin(), behind.triangles.end());
     scene.discs.insert(scene.discs.end(), behind.discs.begin(), behind.discs.end());
     std::mt19937 random(2);
@@ -242,19 +244,24 @@ void for_options(const Body& body) {
 }
 
 TEST(Triangles, MayComeInAnyBatchesAndTasksAndThreads) {
-    const Scene scene = test_scene();
-    geom::View view = view_of(317, 211, 200);
+    // Small, so that it is run under the thread sanitizer too: some hundred triangles and discs on a dozen tiles.
+    const Scene scene = test_scene(3, 14);
+    geom::View view = view_of(159, 106, 100);
     view.near = 2.05;
+    struct Shares {
+        size_t tasks;
+        int batch_size, threads;
+    };
     for_options([&](const SplatterOptions& options) {
+        core::set_thread_count(1);
         const Frame expected = draw(view, options, scene, 1);
-        for (const size_t tasks : {2u, 7u, 100u})
-            for (const int threads : {1, 5}) {
-                core::set_thread_count(threads);
-                const Frame drawn = draw(view, options, scene, tasks, tasks == 7 ? 33 : 512);
-                core::set_thread_count(0);
-                EXPECT_EQ(drawn.rgb, expected.rgb);
-                EXPECT_EQ(drawn.depth, expected.depth);
-            }
+        for (const Shares& shares : {Shares{7, 33, 1}, Shares{2, 512, 5}, Shares{100, 7, 5}}) {
+            core::set_thread_count(shares.threads);
+            const Frame drawn = draw(view, options, scene, shares.tasks, shares.batch_size);
+            EXPECT_EQ(drawn.rgb, expected.rgb);
+            EXPECT_EQ(drawn.depth, expected.depth);
+        }
+        core::set_thread_count(0);
     });
 }
 
