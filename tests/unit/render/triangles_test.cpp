@@ -244,7 +244,8 @@ void for_options(const Body& body) {
 }
 
 TEST(Triangles, MayComeInAnyBatchesAndTasksAndThreads) {
-    // Small, so that it is run under the thread sanitizer too: some hundred triangles and discs on a dozen tiles.
+    // Small, so that it is run under the thread sanitizer too: some hundred triangles and discs on a dozen
+    // tiles.
     const Scene scene = test_scene(3, 14);
     geom::View view = view_of(159, 106, 100);
     view.near = 2.05;
