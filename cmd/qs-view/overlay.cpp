@@ -45,7 +45,7 @@ void draw_status(const OverlayContent& content, const ImVec2& size) {
 }
 
 void draw_legend(const std::vector<view::LegendEntry>& legend, const ImVec2& size) {
-    begin("legend", ImVec2(size.x, size.y), ImVec2(1, 1));
+    begin("legend", ImVec2(size.x, 0), ImVec2(1, 0));  // the status line may need all of the bottom
     ImGui::TextUnformatted("drawn so wide");
     const float side = ImGui::GetFontSize();
     for (const view::LegendEntry& entry : legend) {
