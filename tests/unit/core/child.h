@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +16,13 @@
 #include <string>
 
 namespace core_test {
+
+// Whoever started the tests, nohup or a shell's background, may have signals ignored that are waited for
+// here.  Before main(), for outputs look only once whether they are.
+inline const bool kSignalsAreHeard = [] {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
+    return true;
+}();
 
 inline std::string read_text(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
