@@ -1,12 +1,12 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "splat/pack_test.cpp"
+#define HWY_TARGET_INCLUDE "core/pack_test.cpp"
 #include <hwy/foreach_target.h>  // before what is compiled once for each target
 // clang-format off
-#include "splat/pack-inl.h"
+#include "core/pack-inl.h"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
-namespace splat {
+namespace core {
 namespace HWY_NAMESPACE {
 
 // Of all masks, those by which the lanes of two vectors are not what a loop makes of them.
@@ -37,14 +37,14 @@ size_t MasksPackedWrongly() {
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace splat
+}  // namespace core
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
-namespace splat {
+namespace core {
 
 HWY_EXPORT(MasksPackedWrongly);
 
@@ -59,5 +59,5 @@ TEST(Pack, MovesTheLanesOfAnyMaskToTheFrontWithAnyInstructionSet) {
 }
 
 }  // namespace
-}  // namespace splat
+}  // namespace core
 #endif
