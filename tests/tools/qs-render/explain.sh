@@ -1,5 +1,5 @@
 # What a frame needs, in words and as JSON; no picture is drawn.
-"$QS_SOURCE/tests/tools/make-bumpy-ply" 30 > mesh.ply
+"$QS_SOURCE/tests/tools/make-bumpy-ply" 60 > mesh.ply
 qs-build --quiet mesh.ply -o model.qs
 qs-build --quiet --no-colour mesh.ply -o grey.qs
 explain() { qs-render --explain --backend cpu "$@"; }
