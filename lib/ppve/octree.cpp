@@ -37,12 +37,6 @@ uint64_t hash_of(const Cluster& cluster) {
     return XXH3_64bits_withSeed(hashes.data(), hashes.size() * sizeof(uint64_t), cluster.id);
 }
 
-uint64_t bytes_of(const Cluster& cluster) {
-    uint64_t bytes = 0;
-    for (const auto& patch : cluster.patches) bytes += patch->bytes();
-    return bytes;
-}
-
 std::shared_ptr<const Patch> make_patch(const std::shared_ptr<const Sampling>& sampling,
                                         const DepthImage& image, double unit,
                                         std::span<const uint32_t> pixels) {
@@ -100,6 +94,12 @@ size_t Cluster::points() const {
     size_t count = 0;
     for (const auto& patch : patches) count += patch->size();
     return count;
+}
+
+size_t Cluster::bytes() const {
+    size_t bytes = 0;
+    for (const auto& patch : patches) bytes += patch->bytes();
+    return bytes;
 }
 
 TreeShape shape_around(const Box& bounds) {
@@ -190,13 +190,13 @@ void Octree::recount(uint32_t at, uint64_t points_before, uint64_t bytes_before)
     checksum_ += node.hash;
     clusters_ += size_t(is_there) - size_t(was_there);
     points_ += node.cluster.points() - points_before;
-    patch_bytes_ += bytes_of(node.cluster) - bytes_before;
+    patch_bytes_ += node.cluster.bytes() - bytes_before;
 }
 
 void Octree::empty(uint32_t at) {
     Cluster& cluster = nodes_[at].cluster;
     if (cluster.patches.empty()) return;
-    const uint64_t points = cluster.points(), bytes = bytes_of(cluster);
+    const uint64_t points = cluster.points(), bytes = cluster.bytes();
     cluster.patches.clear();
     recount(at, points, bytes);
     join_empty(cluster.id >> 3);
@@ -227,7 +227,7 @@ void Octree::remove(const Removal& removal) {
         throw core::Error(text("octree: of %zu points of patch %u of cluster %llx some are to go; it has %zu",
                                removal.is_removed.size(), removal.patch, ull(removal.cluster),
                                patch->size()));
-    const uint64_t points = cluster.points(), bytes = bytes_of(cluster);
+    const uint64_t points = cluster.points(), bytes = cluster.bytes();
     patch = part_of(patch, shape_.unit(), [&](size_t i) { return removal.is_removed[i] == 0; });
     if (!patch) cluster.patches.erase(cluster.patches.begin() + removal.patch);
     recount(at, points, bytes);
@@ -296,7 +296,7 @@ void Octree::split(uint32_t at, int level) {
     const Cluster whole = std::move(nodes_[at].cluster);
     nodes_[at].cluster = {whole.id, {}};
     if (whole.patches.empty()) return;
-    recount(at, whole.points(), bytes_of(whole));
+    recount(at, whole.points(), whole.bytes());
     for (const auto& patch : whole.patches) {
         std::vector<uint8_t> octants(patch->size());
         for (size_t i = 0; i < patch->size(); ++i) octants[i] = octant_in(whole.id, level, *patch, i);
@@ -344,7 +344,7 @@ void Octree::add(uint64_t update, const DepthImage& image) {
     });
     for (size_t slot = 0; slot < nodes.size(); ++slot) {
         Cluster& cluster = nodes_[nodes[slot]].cluster;
-        const uint64_t points = cluster.points(), bytes = bytes_of(cluster);
+        const uint64_t points = cluster.points(), bytes = cluster.bytes();
         cluster.patches.push_back(std::move(patches[slot]));
         recount(nodes[slot], points, bytes);
     }

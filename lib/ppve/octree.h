@@ -65,6 +65,7 @@ struct Cluster {
     std::vector<std::shared_ptr<const Patch>> patches;  // in the order in which they came; none is empty
 
     size_t points() const;
+    size_t bytes() const;  // of memory, of the patches
 };
 
 class Octree {

@@ -79,28 +79,29 @@ std::vector<ClusterId> Session::take_deletions() {
     return leaves;
 }
 
-// The clusters to be let go so that there is room for `coming` points, `most` of them.
+// The clusters to be let go so that there is room for `coming` points, `most` of them.  Small patches take
+// more for a point than kPointBytes, so that memory is counted beside points.
 std::vector<ClusterId> Session::evict(uint64_t coming, size_t most) const {
     const uint64_t room = limits_.most_points > coming ? limits_.most_points - coming : 0;
-    if (tree_.points() <= room) return {};
+    uint64_t points = tree_.points(), bytes = tree_.bytes();
+    const auto fits = [&] { return points <= room && bytes <= room * kPointBytes; };
+    if (fits()) return {};
     struct Candidate {
         uint64_t newest;
-        ClusterId id;
-        uint64_t points;
+        const Cluster* cluster;
     };
     std::vector<Candidate> candidates;
     tree_.for_each([&](const Cluster& c) {
-        candidates.push_back({c.patches.back()->sampling().update, c.id, c.points()});
+        candidates.push_back({c.patches.back()->sampling().update, &c});
     });
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-        return a.newest != b.newest ? a.newest < b.newest : a.id < b.id;
+        return a.newest != b.newest ? a.newest < b.newest : a.cluster->id < b.cluster->id;
     });
     std::vector<ClusterId> leaves;
-    uint64_t left = tree_.points();
     for (const Candidate& c : candidates) {
-        if (left <= room || leaves.size() == most) break;
-        leaves.push_back(c.id);
-        left -= c.points;
+        if (fits() || leaves.size() == most) break;
+        leaves.push_back(c.cluster->id);
+        points -= c.cluster->points(), bytes -= c.cluster->bytes();
     }
     return leaves;
 }

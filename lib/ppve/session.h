@@ -24,7 +24,8 @@ constexpr uint64_t kPointBytes = 24;
 
 struct SessionLimits {
     uint64_t most_pixels = uint64_t(1) << 25;  // of a request
-    // That are kept of what a client was sent; then those clusters go that got nothing new for longest.
+    // That are kept of what a client was sent, in kPointBytes each; then those clusters go that got nothing
+    // new for longest.
     uint64_t most_points = uint64_t(1) << 25;
 };
 
