@@ -11,7 +11,7 @@ from . import links
 from .programs import log, read, run
 
 ORDERS = ["gain", "level", "radius", "screen", "y", "sweep"]
-COMPRESSED = "gain, compressed model"
+COMPRESSED = "gain of the compressed model"
 IN_FILE_ORDER = "the file from its beginning"
 BY_CURL = "the whole file by curl"
 LEVELS_DB = [20, 25, 30, 35]

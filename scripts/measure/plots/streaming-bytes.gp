@@ -13,5 +13,7 @@ link = system("tail -n +2 '".file."' | cut -d, -f1,2 | sort -u | cut -d, -f1 | u
 set title name.', fit, smooth, '.link.': PSNR against the whole model, by bytes'
 plot for [order in 'gain level radius screen y sweep'] file skip 1 \
     using (strcol(1) eq link && strcol(2) eq order ? $4 : NaN):5 with linespoints pointtype 7 pointsize 0.5 title order, \
+    file skip 1 using (strcol(1) eq link && strcol(2) eq 'gain of the compressed model' ? $4 : NaN):5 \
+    with linespoints pointtype 7 pointsize 0.5 linecolor rgb 'red' title 'gain, compressed', \
     file skip 1 using (strcol(1) eq link && strcol(2) eq 'the file from its beginning' ? $4 : NaN):5 \
     with lines dashtype 2 linecolor rgb 'gray40' title 'file from its beginning'

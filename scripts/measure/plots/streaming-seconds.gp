@@ -18,6 +18,8 @@ do for [i=1:words(links)] {
     if (i == 1) { set key top left font ",9" samplen 2 } else { set key off }
     plot for [order in orders] file skip 1 using (strcol(1) eq link && strcol(2) eq order ? $3 : NaN):5 \
         with linespoints pointtype 7 pointsize 0.4 title order, \
+        file skip 1 using (strcol(1) eq link && strcol(2) eq 'gain of the compressed model' ? $3 : NaN):5 \
+        with linespoints pointtype 7 pointsize 0.4 linecolor rgb 'red' title 'gain, compressed', \
         file skip 1 using (strcol(1) eq link && strcol(2) eq 'the file from its beginning' ? $3 : NaN):5 \
         with lines dashtype 2 linecolor rgb 'gray40' title 'file from its beginning', \
         file skip 1 using (strcol(1) eq link && strcol(2) eq 'the whole file by curl' ? $3 : NaN):(48) \
