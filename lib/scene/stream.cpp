@@ -191,6 +191,26 @@ void Stream::close_gaps(std::vector<BlockRequest>& requests) const {
     }
 }
 
+// What is below a block is known once it is there, and until then a long link would stand idle: what it
+// carries in a round trip is filled up from the beginning of the file, which is coarse to fine.
+void Stream::fill_link(std::vector<BlockRequest>& requests) const {
+    const BlockFetcher::Counters link = fetcher_.counters();
+    const double product = link.bytes_per_s * link.round_trip_s;
+    std::set<Block> asked;
+    double bytes = 0;
+    for (const BlockRequest& r : requests)
+        if (asked.emplace(r.model, r.block).second)
+            bytes += double(models_[r.model].model->mean_block_bytes());
+    for (size_t m = 0; m < models_.size(); ++m) {
+        const splat::Model& model = *models_[m].model;
+        for (uint64_t b = 0; b < model.blocks_present() && bytes < product; ++b) {
+            if (is_there({m, b}) || asked.contains({m, b})) continue;
+            requests.push_back({m, b, kLast});
+            bytes += double(model.mean_block_bytes());
+        }
+    }
+}
+
 void Stream::ask(std::vector<BlockRequest> requests) {
     if (options_.byte_budget) {
         std::erase_if(pending_, [&](const BlockRequest& r) { return is_there({r.model, r.block}); });
@@ -201,6 +221,12 @@ void Stream::ask(std::vector<BlockRequest> requests) {
     }
     for (const BlockRequest& r : requests) asked_.insert({r.model, r.block});
     fetcher_.ask(requests);
+}
+
+// While pictures go on.  (Who waits for all of a view is not helped by other blocks.)
+void Stream::ask_in_time(std::vector<BlockRequest> requests) {
+    if (!requests.empty() && options_.prefetches && !options_.byte_budget) fill_link(requests);
+    ask(std::move(requests));
 }
 
 // Of what hides nothing that is lacking, no bit depends on what is lacking.
@@ -233,7 +259,7 @@ void Stream::settle(ModelPainter& painter) {
 
 void Stream::ask_ahead() {
     take_stock();
-    ask(requests_when_idle());
+    ask_in_time(requests_when_idle());
 }
 
 void Stream::wait_until(double until_s) {
@@ -252,7 +278,7 @@ StreamReport Stream::look(const ModelPainter& painter, const DrawReport& drawn) 
         drawn.counts.groups_missing == 0 ? std::vector<Lack>() : find_lacks(views_);
     measure(lacks, painter, drawn);
     if (!lacks.empty())
-        ask(are_same(wanted_, views_) ? requests_of(lacks) : requests_of(find_lacks(wanted_)));
+        ask_in_time(are_same(wanted_, views_) ? requests_of(lacks) : requests_of(find_lacks(wanted_)));
     return report_;
 }
 

@@ -95,11 +95,13 @@ class Stream {
     std::vector<BlockRequest> requests_for_rest();
     std::vector<BlockRequest> requests_when_idle();
     void close_gaps(std::vector<BlockRequest>& requests) const;
+    void fill_link(std::vector<BlockRequest>& requests) const;
     bool is_exact(ModelPainter& painter);
     void predict(double time_s);
     bool is_there(const Block& block) const;
     std::vector<BlockRequest> within_budget(std::vector<BlockRequest> requests);
     void ask(std::vector<BlockRequest> requests);
+    void ask_in_time(std::vector<BlockRequest> requests);
     void take_stock();
     void note_new_view();
     void measure(std::span<const Lack> lacks, const ModelPainter& painter, const DrawReport& drawn);
