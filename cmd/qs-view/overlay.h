@@ -12,7 +12,7 @@ namespace qs_view {
 struct OverlayContent {
     std::string status;  // empty: hidden
     // 1: no bar; a download of 0: on its way, of unknown length.
-    double refinement = 1, download = 1;  // 1: no bar
+    double refinement = 1, download = 1;
     bool has_keys = false;
     std::vector<view::LegendEntry> legend;  // empty: none
     std::string message;                    // in the middle: what is wrong, or waited for

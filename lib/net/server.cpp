@@ -135,4 +135,10 @@ void Server::for_each(const std::function<void(const Session&)>& use) const {
     for (const auto& [key, client] : clients_) use(*client.session);
 }
 
+core::Json to_json(const ServerCounts& counts) {
+    return {{"clients", counts.connections},       {"clients_seen", counts.seen},
+            {"clients_refused", counts.refused},   {"clients_dropped", counts.dropped},
+            {"bytes_in", counts.traffic.bytes_in}, {"bytes_out", counts.traffic.bytes_out}};
+}
+
 }  // namespace net

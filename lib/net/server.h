@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/json.h"
 #include "net/connection.h"
 #include "net/listener.h"
 
@@ -23,6 +24,10 @@ struct ServerCounts {
     uint64_t dropped = 0;      // did wrong
     ConnectionCounts traffic;  // of all
 };
+
+// As --status of every server has them: clients, clients_seen, clients_refused, clients_dropped, bytes_in,
+// bytes_out.
+core::Json to_json(const ServerCounts& counts);
 
 // Not thread-safe; `loop` outlives it.
 class Server {

@@ -307,30 +307,25 @@ struct Server::State {
 };
 
 core::Json Server::State::status() const {
-    const net::ServerCounts net = server.counts();
     size_t session_bytes = 0;
     server.for_each([&](const net::Session& session) {
         session_bytes += static_cast<const Session&>(session).memory_bytes();
     });
-    return {{"models", shared.models.size()},
-            {"clients", net.connections},
-            {"clients_seen", net.seen},
-            {"clients_refused", net.refused},
-            {"clients_dropped", net.dropped},
-            {"sessions_opened", shared.counts.sessions},
-            {"sessions_resumed", shared.counts.resumed},
-            {"session_bytes", session_bytes},
-            {"replicas", shared.replicas.size()},
-            {"replica_bytes", shared.replicas.bytes()},
-            {"replicas_built", shared.replicas.built()},
-            {"views", shared.counts.views},
-            {"views_replaced", shared.counts.views_replaced},
-            {"packets", shared.counts.packets},
-            {"splits_sent", shared.counts.sent.splits},
-            {"cones_sent", shared.counts.sent.cones},
-            {"blocked_told", shared.counts.sent.cuts},
-            {"bytes_in", net.traffic.bytes_in},
-            {"bytes_out", net.traffic.bytes_out}};
+    core::Json status = net::to_json(server.counts());
+    status.update({{"models", shared.models.size()},
+                   {"sessions_opened", shared.counts.sessions},
+                   {"sessions_resumed", shared.counts.resumed},
+                   {"session_bytes", session_bytes},
+                   {"replicas", shared.replicas.size()},
+                   {"replica_bytes", shared.replicas.bytes()},
+                   {"replicas_built", shared.replicas.built()},
+                   {"views", shared.counts.views},
+                   {"views_replaced", shared.counts.views_replaced},
+                   {"packets", shared.counts.packets},
+                   {"splits_sent", shared.counts.sent.splits},
+                   {"cones_sent", shared.counts.sent.cones},
+                   {"blocked_told", shared.counts.sent.cuts}});
+    return status;
 }
 
 Server::Server(net::EventLoop& loop, const std::vector<CatalogueEntry>& catalogue,

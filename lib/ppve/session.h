@@ -40,8 +40,8 @@ struct AnswerReport {
     uint64_t tree_points = 0, tree_clusters = 0, tree_bytes = 0;
     uint64_t deleted = 0, evicted = 0;  // leaves: by the client's wish, by the limit
     bool starts_anew = false;
-    bool is_refused =
-        false;  // the sampler failed, or memory; then the other figures are of what was done till then
+    // The sampler failed, or memory: then the other figures are of what was done till then.
+    bool is_refused = false;
     double sample_ms = 0, eliminate_ms = 0, encode_ms = 0, insert_ms = 0, total_ms = 0;
 };
 

@@ -193,21 +193,20 @@ void Stream::close_gaps(std::vector<BlockRequest>& requests) const {
 
 // What is below a block is known once it is there, and until then a long link would stand idle: what it
 // carries in a round trip is filled up from the beginning of the file, which is coarse to fine.
-void Stream::fill_link(std::vector<BlockRequest>& requests) const {
+void Stream::fill_link(std::vector<BlockRequest>& requests) {
     const BlockFetcher::Counters link = fetcher_.counters();
     const double product = link.bytes_per_s * link.round_trip_s;
     std::set<Block> asked;
     double bytes = 0;
-    for (const BlockRequest& r : requests)
-        if (asked.emplace(r.model, r.block).second)
-            bytes += double(models_[r.model].model->mean_block_bytes());
-    for (size_t m = 0; m < models_.size(); ++m) {
-        const splat::Model& model = *models_[m].model;
-        for (uint64_t b = 0; b < model.blocks_present() && bytes < product; ++b) {
-            if (is_there({m, b}) || asked.contains({m, b})) continue;
-            requests.push_back({m, b, kLast});
-            bytes += double(model.mean_block_bytes());
-        }
+    const auto is_new = [&](const BlockRequest& r) {
+        if (!asked.emplace(r.model, r.block).second) return false;
+        bytes += double(models_[r.model].model->mean_block_bytes());
+        return true;
+    };
+    for (const BlockRequest& r : requests) is_new(r);
+    for (const BlockRequest& r : requests_for_rest()) {
+        if (bytes >= product) return;
+        if (is_new(r)) requests.push_back({r.model, r.block, kLast});
     }
 }
 

@@ -95,7 +95,7 @@ class Stream {
     std::vector<BlockRequest> requests_for_rest();
     std::vector<BlockRequest> requests_when_idle();
     void close_gaps(std::vector<BlockRequest>& requests) const;
-    void fill_link(std::vector<BlockRequest>& requests) const;
+    void fill_link(std::vector<BlockRequest>& requests);
     bool is_exact(ModelPainter& painter);
     void predict(double time_s);
     bool is_there(const Block& block) const;
