@@ -47,25 +47,44 @@ def measure_steadiness(bench, cameras, threshold):
         run(bench.program("qs-path"), path, bench.model(bench.x16), "--frames", 6 if bench.quick else 120, "-o", other)
         rows.append(steadiness_of(bench, path, other, threshold))
     bench.tables.write("steadiness", "times of frames along paths of x16, nothing written", rows)
-    bench.goals.add("frame times along an orbit of x16: 95th percentile by median", "1", 1.2, None, rows[0]["p95_by_median"])
+    bench.goals.add("frame times along an orbit of x16: 95th percentile by median", "1", 1.2, None, rows[0]["p95_by_median"],
+                    best=rows[0]["best_by_median"])
     # What is to be seen changes along the others, and the times with it: a frame is held against those beside it.
+    worst = max(rows, key=lambda row: row["p95_by_neighbours"])
     bench.goals.add("frame times along paths of x16: 95th percentile by the 9 frames around, worst path", "1", 1.2, None,
-                    max(row["p95_by_neighbours"] for row in rows))
-    bench.goals.add("memory of a render of x16 beyond the blocks used, worst path", "MB", 60, None,
+                    worst["p95_by_neighbours"], best=worst["best_by_neighbours"])
+    bench.goals.add("memory of a render of x16 beyond the pages of the file that it uses, worst path", "MB", 60, None,
                     max(row["rss_bytes"] - row["used_bytes"] for row in rows) / 1e6)
 
 
 def steadiness_of(bench, path, cameras, threshold):
+    """Each path is drawn several times, and has the median of the runs: one run tells of what else the machine did."""
     report = bench.out / "steady.jsonl"
     width, height = bench.size
-    cost = run(bench.program("qs-render"), bench.model(bench.x16), "--path", cameras, "--threshold", threshold, "--resolution",
-               f"{width},{height}", "--quiet", "--report", report)
-    lines = [json.loads(line) for line in open(report)]
-    times = [line["ms"]["traverse"] + line["ms"]["draw"] for line in lines[len(lines) // 10:]]
-    median, late = statistics.median(times), late_of(times)
-    return {"path": path, "frames": len(lines), "median_ms": median, "p95_ms": late, "p95_by_median": late / median,
-            "p95_by_neighbours": late_of(by_neighbours(times)), "rss_bytes": cost.rss_bytes,
-            "used_bytes": used_bytes(bench, cameras, threshold)}
+    costs, runs = [], []
+    for _ in range(bench.slow_runs):
+        costs.append(run(bench.program("qs-render"), bench.model(bench.x16), "--path", cameras, "--threshold", threshold,
+                         "--resolution", f"{width},{height}", "--quiet", "--report", report))
+        lines = [json.loads(line) for line in open(report)]
+        settled = lines[len(lines) // 10:]
+        runs.append([line["ms"]["traverse"] + line["ms"]["draw"] for line in settled])
+    by_median, neighbours = [late_by_median(times) for times in runs], [late_by_neighbours(times) for times in runs]
+    splats = [line["splats"] for line in settled]
+    return {"path": path, "frames": len(lines), "runs": len(runs), "median_ms": statistics.median(map(statistics.median, runs)),
+            "p95_by_median": statistics.median(by_median), "best_by_median": min(by_median),
+            "p95_by_neighbours": statistics.median(neighbours), "best_by_neighbours": min(neighbours),
+            # What of it is the paths': there are more splats in some frames than in others.
+            "splats_p95_by_median": late_by_median(splats), "splats_p95_by_neighbours": late_by_neighbours(splats),
+            "rss_bytes": max(cost.rss_bytes for cost in costs), "used_bytes": used_bytes(bench, cameras, threshold)}
+
+
+def late_by_median(values):
+    return late_of(values) / statistics.median(values)
+
+
+def late_by_neighbours(values):
+    """Each is held against the median of the 9 around it."""
+    return late_of([value / statistics.median(values[max(0, i - 4):i + 5]) for i, value in enumerate(values)])
 
 
 def late_of(values):
@@ -73,13 +92,9 @@ def late_of(values):
     return sorted(values)[int(0.95 * (len(values) - 1))]
 
 
-def by_neighbours(times):
-    """Each by the median of the 9 around it."""
-    return [time / statistics.median(times[max(0, i - 4):i + 5]) for i, time in enumerate(times)]
-
-
 def used_bytes(bench, cameras, threshold):
-    """The blocks that any frame of the path uses."""
+    """The pages of the file that any frame of the path uses.  The system maps those around them, too, where it has them in
+    memory: they count against us."""
     with bench.frames_of(bench.x16) as frames:
         answers = [frames.ask(dict(json.loads(line), size=bench.size), threshold) for line in open(cameras)]
     return answers[-1]["used_bytes"]

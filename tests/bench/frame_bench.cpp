@@ -14,6 +14,8 @@
 //
 // Times are those of ModelPainter::draw(), from the camera to the shaded pixels; nothing is written.  "ms" is
 // by the clock, "processor_ms" what all threads took together.
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -192,10 +194,22 @@ void add_counts(Json& answer, const splat::CutCounts& counts, const splat::Model
     answer["groups_missing"] = counts.groups_missing;
     answer["visited_bytes"] = node_bytes * double(counts.nodes_visited);
     answer["touched_bytes"] = double(counts.blocks_touched) * h.block_size;
-    // Of all cases so far, each block once.
-    answer["used_bytes"] = double(model.blocks_used()) * h.block_size;
     answer["touched_share"] = double(counts.blocks_touched) / double(h.block_count);
     answer["error_bound_px"] = counts.error_bound_px;
+}
+
+// Of all cases so far: what of the file was used, in whole pages of memory, as a map takes them.
+double used_bytes(const splat::Model& model, const scene::ModelPainter& painter) {
+    const auto page_size = uint64_t(::sysconf(_SC_PAGESIZE));
+    uint64_t pages = 1, next = 1;  // the header's
+    for (uint64_t block = 0; block < model.blocks_present(); ++block) {
+        if (!painter.has_used(0, block)) continue;
+        const uint64_t end = model.prefix_bytes(block);
+        const uint64_t first = std::max(next, (end - model.header().block_size) / page_size);
+        next = std::max(next, (end + page_size - 1) / page_size);
+        pages += next > first ? next - first : 0;
+    }
+    return double(pages * page_size);
 }
 
 void add_comparison(Json& answer, const render::Frame& frame, const render::Frame& truth,
@@ -262,6 +276,7 @@ Json answer_to(const Case& c, const splat::Model& model, scene::ModelPainter& pa
     render::Frame frame;
     Json answer;
     add_counts(answer, painter.draw(c.view, c.draw, frame).counts, model);
+    answer["used_bytes"] = used_bytes(model, painter);
     render::Look true_look = c.draw.look;
     true_look.samples_across = c.truth_across;
     if (c.compare) add_comparison(answer, frame, truth.frame(c.view, true_look), c.view);
