@@ -50,3 +50,9 @@ def set_goals(bench, rows, by_psnr):
             if found and threshold is not None:
                 bench.goals.add(f"frame, {'x16, ' if name == bench.x16 else ''}{path}, {what}, median", "ms", must, stretch,
                                 found[0]["median_ms"])
+    for name, threshold, what, must, stretch in ((bench.name, 0, "leaves", 34.5, 36.5), (bench.name, 1, "1 px of error", 30, 31.5),
+                                                 (bench.x16, by_psnr[0], "x16, 35 dB of fit", 35, None)):
+        psnr = [row["median_psnr_db"] for row in rows if (row["name"], row["threshold_px"]) == (name, threshold)]
+        if threshold is not None:
+            bench.goals.add(f"frames along paths, {what}: PSNR, median, worst path", "dB", must, stretch,
+                            min((value for value in psnr if value is not None), default=None), True)
