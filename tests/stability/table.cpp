@@ -28,14 +28,14 @@ void print_table() {
                     r.bound, r.measured);
 }
 
-// False where the file cannot be written.
+// False where the file cannot be written.  Names have commas, and no quotes.
 bool write_csv(const std::string& path) {
     FILE* const file = std::fopen(path.c_str(), "w");
     if (file == nullptr) return false;
     std::fprintf(file, "case,quantity,relation,bound,measured\n");
     for (const Row& r : rows())
-        std::fprintf(file, "%s,%s,%s,%.9g,%.9g\n", r.name.c_str(), r.quantity.c_str(), r.relation, r.bound,
-                     r.measured);
+        std::fprintf(file, "\"%s\",\"%s\",%s,%.9g,%.9g\n", r.name.c_str(), r.quantity.c_str(), r.relation,
+                     r.bound, r.measured);
     const bool is_written = std::ferror(file) == 0;
     return std::fclose(file) == 0 && is_written;
 }
