@@ -23,7 +23,8 @@ SECTIONS = [
      "One view, every kind of splat, thresholds from 16 px of error down to a quarter: what each millisecond buys. "
      "Squares and circles are the original's kinds, drawn by the same code; a few points of OpenGL, where it is there, draw the "
      "same cuts. A cloud has no surface to compare with: its "
-     "pictures are held against its own leaves.",
+     "pictures are held against its own leaves. Beyond the PSNR at which two exact renderers agree (Back ends, the mesh "
+     "itself) figures mean nothing.",
      ["error-against-time", "silhouette-against-time"], ["error-against-time", "equal-time"]),
     ("Measured error beside guaranteed bound",
      "Each frame comes with a bound on how far any drawn point is from the surface, in pixels. Along three paths, and "
