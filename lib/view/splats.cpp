@@ -8,6 +8,7 @@
 #include "scene/camera_options.h"
 #include "scene/refinement.h"
 #include "scene/stream.h"
+#include "view/painter_choice.h"
 #include "view/refinement_share.h"
 #include "view/subject.h"
 
@@ -18,7 +19,7 @@ namespace {
 constexpr double kHiddenLook_s = 0.25;
 constexpr int kTrials = 3;  // drawings of a view by each back end, of which the fastest counts
 
-// What the home view costs with a back end.
+// What the home view takes with a back end.
 double measure_ms(const std::vector<scene::PlacedModel>& models, scene::ModelPainter& painter,
                   const SubjectOptions& options) {
     const geom::Camera camera = scene::CameraOptions().camera(
@@ -37,36 +38,14 @@ double measure_ms(const std::vector<scene::PlacedModel>& models, scene::ModelPai
     return least;
 }
 
-struct Chosen {
-    std::unique_ptr<scene::ModelPainter> painter;
-    std::string description;
-};
-
-// `automatic` is taken at its word here: where there is a graphics processor, what is measured to be faster.
-Chosen choose_painter(const std::vector<scene::PlacedModel>& models, const SubjectOptions& options) {
-    const auto chosen = [&](scene::Backend backend) {
-        std::string description = backend.name + ": " + backend.is;
-        return Chosen{std::make_unique<scene::ModelPainter>(models, std::move(backend.painter)),
-                      std::move(description)};
-    };
-    Chosen first = chosen(scene::open_backend(options.backend));
-    if (options.backend != scene::BackendKind::automatic || first.description.starts_with("cpu"))
-        return first;
-    Chosen cpu = chosen(scene::open_backend(scene::BackendKind::cpu));
-    const double first_ms = measure_ms(models, *first.painter, options),
-                 cpu_ms = measure_ms(models, *cpu.painter, options);
-    Chosen& faster = cpu_ms < first_ms ? cpu : first;
-    faster.description += core::text(" (%.1f ms a frame, the other %.1f)", std::min(cpu_ms, first_ms),
-                                     std::max(cpu_ms, first_ms));
-    return std::move(faster);
-}
-
 class Splats final : public Subject {
   public:
     Splats(const std::vector<scene::Source>& sources, const SubjectOptions& options)
         : models_(sources, options.cache, {true, true}),
           kind_(options.splat),
-          chosen_(choose_painter(models_.placed(), options)) {
+          chosen_(fastest_painter(
+              models_.placed(), backends_to_choose_from(options.backend),
+              [&](scene::ModelPainter& painter) { return measure_ms(models_.placed(), painter, options); })) {
         if (models_.remote()) stream_.emplace(models_.placed(), *models_.remote(), scene::StreamOptions());
     }
 
@@ -93,7 +72,7 @@ class Splats final : public Subject {
 
     scene::Models models_;
     render::SplatKind kind_;
-    Chosen chosen_;
+    ChosenPainter chosen_;
     std::optional<scene::BudgetPainter> budget_painter_;
     double budget_ms_ = 0;
     std::optional<scene::Stream> stream_;
