@@ -54,6 +54,11 @@ std::vector<std::string> Errands::news() {
     return std::exchange(news_, {});
 }
 
+bool Errands::are_done() {
+    const std::lock_guard lock(mutex_);
+    return waiting_.empty() && !is_busy_;
+}
+
 void Errands::finish() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return waiting_.empty() && !is_busy_; });

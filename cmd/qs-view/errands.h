@@ -27,6 +27,7 @@ class Errands {
     // What was done or went wrong since the last call, a sentence each; those that went wrong are told to
     // core::fail(), too.
     std::vector<std::string> news();
+    bool are_done();
     // Waits until all is done.
     void finish();
 

@@ -68,10 +68,11 @@ void Viewer::run() {
         longest_turn_s_ = std::max(longest_turn_s_, Window::time_s() - begin_s);
     }
     if (recording_) end_recording();
-    session_.reset();
+    leave();
+    left_.clear();
     errands_.finish();
     report();
-    if (!a_.screenshot.empty() && !is_picture_saved_)
+    if (!a_.screenshot.empty() && !is_picture_taken_)
         throw core::Error(a_.screenshot + ": the window was closed before the picture was complete");
 }
 
@@ -97,7 +98,7 @@ bool Viewer::is_restless(double now_s) const {
 
 void Viewer::open(const std::vector<std::string>& sources) {
     if (recording_ && opened_) end_recording();  // which is of what was open
-    session_.reset();
+    leave();
     opened_.reset(), picture_.reset();
     is_failure_told_ = false;
     pictures_ = view::Meter(0.5), fetched_ = view::Meter(2);
@@ -112,10 +113,18 @@ void Viewer::open(const std::vector<std::string>& sources) {
     window_.set_title("qs-view: " + session_->name());
 }
 
+// Which may take as long as a disk or a server.
+void Viewer::leave() {
+    if (!session_) return;
+    session_->close();
+    left_.push_back(std::move(session_));
+}
+
 void Viewer::step() {
     const double now_s = Window::time_s();
     const glm::ivec2 size = window_.size_px();
     navigator_.resize(size.x, size.y);
+    std::erase_if(left_, [](const auto& session) { return session->has_ended(); });
     take_news();
     navigator_.step(now_s);
     if (recording_ && opened_) recording_->note(navigator_.camera(), now_s);
@@ -124,7 +133,7 @@ void Viewer::step() {
 
 void Viewer::take_news() {
     for (const std::string& line : errands_.news()) note(line);
-    if (is_picture_saved_) return window_.close();
+    if (is_picture_taken_ && errands_.are_done()) return window_.close();
     if (!session_) return;
     if (const std::exception_ptr failure = session_->failure()) take_failure(failure);
     if (!opened_ && (opened_ = session_->opened())) meet(*opened_);
@@ -139,10 +148,9 @@ void Viewer::take_news() {
     if (is_final && !was_final_) core::notice("picture complete");
     if (is_final && !complete_s_) complete_s_ = now_s;
     was_final_ = is_final;
-    if (is_final && !a_.screenshot.empty() && !is_picture_saved_) {
+    if (is_final && !a_.screenshot.empty() && !is_picture_taken_) {
         save_picture(a_.screenshot);
-        errands_.finish();
-        is_picture_saved_ = true;
+        is_picture_taken_ = true;
     }
 }
 

@@ -37,6 +37,7 @@ class Viewer final : private Events {
     void dropped(std::vector<std::string> files) override;
 
     void open(const std::vector<std::string>& sources);
+    void leave();
     void step();
     void take_news();
     void take_failure(const std::exception_ptr& failure);
@@ -67,6 +68,7 @@ class Viewer final : private Events {
     Errands errands_;
     std::vector<std::string> sources_;
     std::unique_ptr<view::Session> session_;
+    std::vector<std::unique_ptr<view::Session>> left_;  // of sources that were left, which may wait still
     std::shared_ptr<const view::Opened> opened_;
     std::shared_ptr<const view::Picture> picture_;
     view::Navigator navigator_;
@@ -76,7 +78,7 @@ class Viewer final : private Events {
     std::string record_;                       // the file for it; empty: a new one
     std::optional<geom::Camera> kept_camera_;  // for a source that is opened anew
     view::Meter pictures_, fetched_;
-    bool shows_status_, shows_keys_ = false, has_opened_once_ = false, is_picture_saved_ = false;
+    bool shows_status_, shows_keys_ = false, has_opened_once_ = false, is_picture_taken_ = false;
     bool is_failure_told_ = false;
     bool was_final_ = false;
     // For the report.

@@ -190,10 +190,8 @@ Session::Session(std::vector<std::string> sources, const SubjectOptions& options
 }
 
 Session::~Session() {
+    close();
     std::unique_lock lock(state_->mutex);
-    state_->is_closed = true;
-    state_->on_news = nullptr;
-    state_->changed.notify_all();
     const bool has_ended = state_->changed.wait_for(lock, kPatience, [&] { return state_->has_ended; });
     lock.unlock();
     if (has_ended) {
@@ -202,6 +200,18 @@ Session::~Session() {
         thread_.detach();
         ++left_count;
     }
+}
+
+void Session::close() {
+    const std::lock_guard lock(state_->mutex);
+    state_->is_closed = true;
+    state_->on_news = nullptr;
+    state_->changed.notify_all();
+}
+
+bool Session::has_ended() const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->has_ended;
 }
 
 bool Session::are_some_left() {

@@ -37,7 +37,7 @@ class Session {
     // wait.
     Session(std::vector<std::string> sources, const SubjectOptions& options,
             const scene::CameraOptions& camera, std::function<void()> on_news);
-    ~Session();
+    ~Session();  // waits, but not longer than a frame should take
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
@@ -49,6 +49,10 @@ class Session {
     std::shared_ptr<const Opened> opened() const;
     // The newest; null before the first.
     std::shared_ptr<const Picture> picture() const;
+    // Draws no more, and ends when it can: from then on nothing is told, and whoever must not wait for the
+    // destructor asks has_ended() before.
+    void close();
+    bool has_ended() const;
     // Why it could not be opened, or not be drawn any more; null while nothing is wrong.
     std::exception_ptr failure() const;
 

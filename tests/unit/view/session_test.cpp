@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <filesystem>
 #include <mutex>
+#include <thread>
 
 #include "core/error.h"
 #include "scene/draw.h"
@@ -126,6 +127,17 @@ TEST(Session, SaysWhyASourceCannotBeOpened) {
     EXPECT_EQ(session.opened(), nullptr);
 }
 
+TEST(Session, ThatIsClosedTellsNothingMoreAndEnds) {
+    Listener listener;
+    view::Session session({kModel}, small(), {}, listener.on_news());
+    ASSERT_TRUE(listener.wait_until([&] { return session.opened() != nullptr; }));
+    session.close();
+    const std::shared_ptr<const view::Picture> last = session.picture();
+    session.look(wish_of(session.opened()->home));
+    while (!session.has_ended()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(session.picture(), last);
+}
+
 // A pipe into which nobody writes stands for a disk or a server that does not answer.
 TEST(Session, OfASourceThatDoesNotAnswerIsClosedAllTheSame) {
     const std::filesystem::path pipe =
@@ -136,6 +148,8 @@ TEST(Session, OfASourceThatDoesNotAnswerIsClosedAllTheSame) {
         session.look({});
         EXPECT_EQ(session.opened(), nullptr);
         EXPECT_EQ(session.picture(), nullptr);
+        session.close();
+        EXPECT_FALSE(session.has_ended());
     }
     EXPECT_TRUE(view::Session::are_some_left());
     // The thread that was left ends with what it waits for.
