@@ -31,6 +31,19 @@ bool has_extension(const Source& source, std::string_view extension) {
                       [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
 }
 
+// What is often tried, and is none of the forms that are read; empty for anything else.
+std::string foreign_form(std::string_view text) {
+    constexpr const char* kToPly =
+        ", which is not read; make it PLY first, as 'pdal translate INPUT OUTPUT.ply' does";
+    if (text.starts_with("LASF")) return std::string("a LAS or LAZ cloud of points") + kToPly;
+    if (text.starts_with("ASTM-E57")) return std::string("an E57 cloud of points") + kToPly;
+    if (text.starts_with("qs-model") || text.starts_with("qspmesh"))
+        return "a model already; the mesh or the cloud of points that it was made of is wanted";
+    if (text.starts_with("ObjectType"))
+        return "a MetaImage volume, which ppve-sample draws, and nothing else";
+    return {};
+}
+
 ReadResult read_source(const Source& source, const ReadOptions& options) {
     const std::string_view text = source.text();
     if (text.empty()) throw core::Error(source.name + ": the file is empty");
@@ -46,6 +59,8 @@ ReadResult read_source(const Source& source, const ReadOptions& options) {
     if (has_extension(source, ".off")) return read_off(source, options);
     if (has_extension(source, ".stl") || text.starts_with("solid")) return read_stl(source, options);
     if (is_obj_keyword(first_word(source))) return read_obj(source, options);
+    if (const std::string form = foreign_form(text); !form.empty())
+        throw core::Error(source.name + ": " + form);
     throw core::Error(source.name + ": header: neither PLY, OBJ, OFF, STL, Draco nor QSplat");
 }
 

@@ -32,7 +32,9 @@ void prepare(int socket) {
 void require_stream(int fd, const char* name) {
     struct stat status = {};
     if (::fstat(fd, &status) != 0 || !(S_ISFIFO(status.st_mode) || S_ISSOCK(status.st_mode)))
-        throw core::Error(std::string(name) + ": is no pipe or socket");
+        throw core::Error(
+            std::string(name) +
+            ": is no pipe or socket that a client is at the other end of; --listen waits for clients");
 }
 
 void add(ConnectionCounts& sum, const ConnectionCounts& more) {

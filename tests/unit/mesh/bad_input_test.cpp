@@ -103,6 +103,29 @@ TEST_P(BadMesh, IsRefusedWithOneSentence) {
 INSTANTIATE_TEST_SUITE_P(Defects, BadMesh, testing::ValuesIn(kDefects),
                          [](const auto& test) { return test_name_of(test.param.file); });
 
+// Of what people have beside meshes, the refusal says what to do with it.
+TEST(BadMesh, OfAnotherKindIsCalledByItsName) {
+    const std::pair<std::string, std::string> kKinds[] = {
+        {"LASF",
+         "a LAS or LAZ cloud of points, which is not read; make it PLY first, as 'pdal translate INPUT "
+         "OUTPUT.ply' does"},
+        {"ASTM-E57",
+         "an E57 cloud of points, which is not read; make it PLY first, as 'pdal translate INPUT OUTPUT.ply' "
+         "does"},
+        {"qs-model", "a model already; the mesh or the cloud of points that it was made of is wanted"},
+        {"qspmesh\n", "a model already; the mesh or the cloud of points that it was made of is wanted"},
+        {"ObjectType = Image\n", "a MetaImage volume, which ppve-sample draws, and nothing else"}};
+    for (const auto& [beginning, is] : kKinds) {
+        const std::string bytes = beginning + std::string(1000, '\1');
+        try {
+            mesh::read_mesh_bytes(std::as_bytes(std::span(bytes)), "scan", {});
+            FAIL() << "accepted";
+        } catch (const core::Error& error) {
+            EXPECT_EQ(error.what(), "scan: " + is);
+        }
+    }
+}
+
 TEST(BadMesh, EveryFileOfTheFolderIsInTheTable) {
     size_t count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(kData + "bad"))
