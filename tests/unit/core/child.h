@@ -69,6 +69,7 @@ inline Outcome run_in_child(
     const std::function<void(pid_t)>& meanwhile = [](pid_t) {}) {
     const std::string out = testing::TempDir() + "qs-out-" + std::to_string(::getpid());
     const std::string err = testing::TempDir() + "qs-err-" + std::to_string(::getpid());
+    std::fflush(nullptr);  // the child has a copy of what was not written yet
     const pid_t child = ::fork();
     if (child == 0) {
         ::dup2(::open(input.c_str(), O_RDONLY), STDIN_FILENO);
