@@ -86,8 +86,6 @@ int main(int argc, char** argv) {
                          "Drop a client that does not read, or stops within a message, for so long");
     program.add_size("--queue", a.server.limits.connection.most_queued_bytes,
                      "Unsent for a client, beyond which it is not read from");
-    program.add_size("--replicas", a.server.most_replica_bytes,
-                     "Memory for the meshes of clients that are being answered");
     program.add_integer("--packet", a.packet, 1, pm::kMostDecisions,
                         "Splits of a packet, after which a newer view is answered");
     return program.run(argc, argv, [&] {

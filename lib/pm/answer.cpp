@@ -3,38 +3,38 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "pm/split_taker.h"
 
 namespace pm {
 
-Answer::Answer(const ServedModel& served, SentRecord& record, ServedReplica& replica, const View& view,
-               Culling culling)
-    : served_(served), record_(record), replica_(replica), sweep_(replica.replica(), view, culling) {
-    const Replica& have = replica.replica();
-    wanted_.assign(have.split_count(), 0);
-    for (uint32_t s = 0; s != have.split_count(); ++s) {
-        if (sweep_.wanted()[s] == 0) continue;  // what the client does not want as far as it knows is not
-        const Node& node = have.node(have.node_of_split(s));
-        const auto is_split_wanted = [&](uint32_t n) {
-            return n == kNone || wanted_[have.node(n).split] != 0;
-        };
-        wanted_[s] = is_split_wanted(node.parent) && is_split_wanted(node.needs) &&
-                     verdict(replica.detail_of(have.node_of_split(s))) == Verdict::refine;
-    }
+Answer::Answer(const ServedModel& served, SentRecord& record, const View& view, Culling culling)
+    : served_(served),
+      hierarchy_(served.model().hierarchy()),
+      record_(record),
+      tree_(served, record),
+      sweep_(tree_, view, served.model().header().placement, culling),
+      wanted_(record.end()) {
+    record.for_each([&](uint32_t n) {
+        // What the client does not want as far as it knows is not.
+        if (!sweep_.is_wanted(n)) return;
+        const uint32_t needs = hierarchy_.needs[n];
+        wanted_[n] =
+            is_parent_wanted(n) && (needs == kNone || wanted_[needs]) && verdict(n) == Verdict::refine;
+    });
 }
 
-bool Answer::is_parent_wanted(const Node& node) const {
-    return node.parent == kNone || wanted_[replica_.replica().node(node.parent).split] != 0;
+bool Answer::is_parent_wanted(uint32_t n) const {
+    return hierarchy_.parent[n] == kNone || wanted_[hierarchy_.parent[n]];
 }
 
 // With all that the model knows; the stack holds what is to be known first.
-bool Answer::is_wanted(uint32_t detail) {
-    if (const auto known = is_wanted_.find(detail); known != is_wanted_.end()) return known->second;
-    const Hierarchy tree = served_.model().hierarchy();
-    std::vector<uint32_t> stack = {detail};
+bool Answer::is_wanted(uint32_t node) {
+    if (const auto known = is_wanted_.find(node); known != is_wanted_.end()) return known->second;
+    std::vector<uint32_t> stack = {node};
     while (!stack.empty()) {
-        const uint32_t d = stack.back();
-        bool is_known = true, is_so = verdict(d) == Verdict::refine;
-        for (const uint32_t on : {tree.parent[d], tree.needs[d]}) {
+        const uint32_t n = stack.back();
+        bool is_known = true, is_so = verdict(n) == Verdict::refine;
+        for (const uint32_t on : {hierarchy_.parent[n], hierarchy_.needs[n]}) {
             if (on == kNone || !is_so) continue;
             const auto known = is_wanted_.find(on);
             if (known == is_wanted_.end()) {
@@ -45,12 +45,12 @@ bool Answer::is_wanted(uint32_t detail) {
             }
         }
         if (!is_so || is_known) {
-            while (stack.back() != d) stack.pop_back();
+            while (stack.back() != n) stack.pop_back();
             stack.pop_back();
-            is_wanted_[d] = is_so;
+            is_wanted_[n] = is_so;
         }
     }
-    return is_wanted_.at(detail);
+    return is_wanted_.at(node);
 }
 
 Packet Answer::next(uint32_t most_decisions) {
@@ -68,11 +68,17 @@ Packet Answer::next(uint32_t most_decisions) {
 }
 
 void Answer::decide(RangeEncoder& encoder, uint32_t n, uint16_t& check) {
-    const uint32_t needs = served_.model().hierarchy().needs[replica_.detail_of(n)];
-    const Node& node = replica_.replica().node(n);
-    const bool stands = verdict(replica_.detail_of(n)) == Verdict::refine && is_parent_wanted(node);
+    const uint32_t needs = hierarchy_.needs[n];
+    const bool stands = verdict(n) == Verdict::refine && is_parent_wanted(n);
     if (stands && (needs == kNone || is_wanted(needs))) {
-        if (needs == kNone || record_.is_sent(needs)) return send_split(encoder, n, check);
+        if (needs == kNone || record_.is_sent(needs)) {
+            code_decision(encoder, record_.models, Decision::split);
+            tree_.send_split(encoder, n, check);
+            wanted_.resize(record_.end());
+            wanted_[n] = true;
+            ++counts_.splits;
+            return sweep_.was_split();
+        }
         const uint32_t sent = record_.count();
         const auto delayed = delayed_at_.find(n);
         if (delayed == delayed_at_.end() || delayed->second != sent) {
@@ -81,7 +87,10 @@ void Answer::decide(RangeEncoder& encoder, uint32_t n, uint16_t& check) {
             ++counts_.delays;
             return sweep_.comes_later();
         }
-    } else if ((stands && send_cuts(encoder, n)) || send_cone(encoder, n)) {
+    } else if (stands && tree_.send_cuts(encoder, n)) {
+        ++counts_.cuts;
+        return sweep_.learned_more();
+    } else if (send_cone(encoder, n)) {
         return sweep_.learned_more();
     }
     code_decision(encoder, record_.models, Decision::skip);
@@ -89,49 +98,15 @@ void Answer::decide(RangeEncoder& encoder, uint32_t n, uint16_t& check) {
     sweep_.is_skipped();
 }
 
-void Answer::send_split(RangeEncoder& encoder, uint32_t n, uint16_t& check) {
-    Replica& have = replica_.replica();
-    have.find_ring(have.node(n).vertex, ring_);
-    const SplitData data = replica_.split_data(record_, n, ring_);
-    code_decision(encoder, record_.models, Decision::split);
-    code_split(encoder, record_.models, have, n, ring_, data);
-    check = mixed(check, data.vertex);
-    const uint32_t detail = replica_.detail_of(n);
-    replica_.apply(n, data, ring_);
-    record_.add(detail);
-    wanted_.push_back(1);
-    ++counts_.splits;
-    sweep_.was_split();
-}
-
-// False where the client knows what this says.
-bool Answer::send_cuts(RangeEncoder& encoder, uint32_t n) {
-    Replica& have = replica_.replica();
-    have.find_ring(have.node(n).vertex, ring_);
-    const Cuts cuts = replica_.cuts(record_, n, ring_);
-    if (cuts.left < 0 || cuts.right < 0) return false;
-    const uint32_t before = have.node(n).needs;
-    have.learn_cuts(n, cuts.left, cuts.right, ring_);
-    if (have.node(n).needs == before) return false;
-    code_decision(encoder, record_.models, Decision::cuts);
-    code_cuts(encoder, record_.models, ring_, cuts);
-    const uint32_t detail = replica_.detail_of(n), needs = have.node(n).needs;
-    record_.block(detail, needs == kNone ? kNone : replica_.detail_of(needs));
-    ++counts_.cuts;
-    return true;
-}
-
 // From a node up its parents, or over to what one of them needs, to one that only its cone stops.
 bool Answer::find_cone(uint32_t n, std::vector<bool>& way, uint32_t& found) const {
-    const Replica& have = replica_.replica();
     for (;;) {
-        const Node& node = have.node(n);
-        if (!node.has_cone && verdict(replica_.detail_of(n)) == Verdict::faces_away) {
+        if (!tree_.knows_cone(n) && verdict(n) == Verdict::faces_away) {
             found = n;
             return true;
         }
-        const bool is_parent_at_fault = !is_parent_wanted(node);
-        const uint32_t up = is_parent_at_fault ? node.parent : node.needs;
+        const bool is_parent_at_fault = !is_parent_wanted(n);
+        const uint32_t up = is_parent_at_fault ? tree_.parent(n) : tree_.needs(n);
         if (up == kNone) return false;
         way.push_back(!is_parent_at_fault);
         n = up;
@@ -149,9 +124,8 @@ bool Answer::send_cone(RangeEncoder& encoder, uint32_t n) {
         encoder.bit(models.climbs_to_needs, to_needs);
     }
     encoder.bit(models.climbs, false);
-    const uint32_t detail = replica_.detail_of(found);
-    replica_.replica().learn_cone(found, code_cone(encoder, served_.model().cone(detail)));
-    record_.cones.push_back(detail);
+    code_cone(encoder, served_.model().cone(found));
+    tree_.learn_cone(found);
     sweep_.cone_learned(found);
     ++counts_.cones;
     return true;
@@ -161,22 +135,8 @@ bool Answer::send_cone(RangeEncoder& encoder, uint32_t n) {
 
 namespace {
 
-void take_split(Replica& replica, SplitModels& models, Sweep& sweep, RangeDecoder& decoder, uint32_t n,
-                Ring& ring, uint16_t& check) {
-    replica.find_ring(replica.node(n).vertex, ring);
-    const SplitData data = code_split(decoder, models, replica, n, ring, SplitData());
-    replica.apply(n, data, ring);
-    check = mixed(check, data.vertex);
-    sweep.was_split();
-}
-
-void take_cuts(Replica& replica, SplitModels& models, RangeDecoder& decoder, uint32_t n, Ring& ring) {
-    replica.find_ring(replica.node(n).vertex, ring);
-    const Cuts cuts = code_cuts(decoder, models, ring, Cuts());
-    replica.learn_cuts(n, cuts.left, cuts.right, ring);
-}
-
-void take_cone(Replica& replica, SplitModels& models, Sweep& sweep, RangeDecoder& decoder, uint32_t n) {
+void take_cone(Replica& replica, SplitModels& models, Sweep<Replica>& sweep, RangeDecoder& decoder,
+               uint32_t n) {
     while (decoder.bit(models.climbs)) {
         const Node& node = replica.node(n);
         n = decoder.bit(models.climbs_to_needs) ? node.needs : node.parent;
@@ -188,17 +148,18 @@ void take_cone(Replica& replica, SplitModels& models, Sweep& sweep, RangeDecoder
 
 }  // namespace
 
-void take_packet(Replica& replica, SplitModels& models, Sweep& sweep, uint32_t decisions, uint16_t check,
-                 std::span<const std::byte> bytes) {
+void take_packet(Replica& replica, SplitModels& models, Sweep<Replica>& sweep, uint32_t decisions,
+                 uint16_t check, std::span<const std::byte> bytes) {
     RangeDecoder decoder(bytes);
-    Ring ring;
+    SplitTaker splits(replica, models);
     uint16_t found = 0;
     for (; decisions > 0; --decisions) {
         const uint32_t node = sweep.current();
         if (node == kNone) throw core::Error("packet: it says more than the view asks");
         switch (code_decision(decoder, models, Decision::split)) {
             case Decision::split:
-                take_split(replica, models, sweep, decoder, node, ring, found);
+                splits.take(decoder, node, found);
+                sweep.was_split();
                 break;
             case Decision::later:
                 sweep.comes_later();
@@ -208,7 +169,7 @@ void take_packet(Replica& replica, SplitModels& models, Sweep& sweep, uint32_t d
                 sweep.learned_more();
                 break;
             case Decision::cuts:
-                take_cuts(replica, models, decoder, node, ring);
+                splits.take_cuts(decoder, node);
                 sweep.learned_more();
                 break;
             case Decision::skip:

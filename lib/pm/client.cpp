@@ -37,6 +37,7 @@ template <class Coder>
 void code_splits(Coder& coder, uint32_t count, const Replica* from, Replica& to) {
     auto models = std::make_unique<StateModels>();
     Ring ring;
+    SplitPlace place;
     uint32_t before = 0;
     for (uint32_t s = 0; s != count; ++s) {
         if constexpr (requires { coder.is_beyond_end(); })
@@ -48,7 +49,9 @@ void code_splits(Coder& coder, uint32_t count, const Replica* from, Replica& to)
             throw core::Error("a node cannot be split");
         to.find_ring(to.node(uint32_t(node)).vertex, ring);
         const SplitData data = from ? from->split_data(s) : SplitData();
-        to.apply(uint32_t(node), code_split(coder, models->split, to, uint32_t(node), ring, data), ring);
+        to.find_place(uint32_t(node), ring, place);
+        to.apply(uint32_t(node), code_split(coder, models->split, to.header(), to.has_bounds(), place, data),
+                 ring);
         before = uint32_t(node);
     }
     for (uint32_t n = 0; to.has_bounds() && n != to.nodes().size(); ++n)
@@ -182,11 +185,16 @@ void Client::send(Request request) {
     stream_.send(to_bytes(request), timeout_s_);
 }
 
+std::unique_ptr<Sweep<Replica>> Client::make_sweep(const Sought& sought) const {
+    return std::make_unique<Sweep<Replica>>(state_->replica(), sought.view, state_->header().placement,
+                                            sought.culling);
+}
+
 bool Client::look_at(const View& view, Culling culling) {
     last_ = {view, culling};
     switch (state_->service()) {
         case Service::selective: {
-            auto sweep = std::make_unique<Sweep>(state_->replica(), view, culling);
+            auto sweep = make_sweep(last_);
             if (sweep->current() != kNone) return ask_for_view();
             // Nothing is asked; answers to earlier views may still come.
             if (sent_.empty()) sweep_ = std::move(sweep), answer_number_ = 0;
@@ -210,9 +218,9 @@ bool Client::ask_for_view() {
 }
 
 bool Client::ask_for_list() {
-    Sweep sweep(state_->replica(), last_.view, last_.culling);
-    if (sweep.current() == kNone) return false;
-    NodeList list = make_list(state_->replica(), *models_, sweep, kMostDecisions);
+    const auto sweep = make_sweep(last_);
+    if (sweep->current() == kNone) return false;
+    NodeList list = make_list(state_->replica(), *models_, *sweep, kMostDecisions);
     listed_ = std::move(list.nodes);
     Request request;
     request.kind = RequestKind::list;
@@ -224,9 +232,9 @@ bool Client::ask_for_list() {
 // ---- what comes ----
 
 void Client::begin_answer(const Sought& sought) {
-    if (state_->service() == Service::selective)
-        sweep_ = std::make_unique<Sweep>(state_->replica(), sought.view, sought.culling);
-    if (state_->service() == Service::one_way) passes_ = std::make_unique<PassCursor>(state_->replica());
+    if (state_->service() == Service::selective) sweep_ = make_sweep(sought);
+    if (state_->service() == Service::one_way)
+        passes_ = std::make_unique<PassCursor<Replica>>(state_->replica());
 }
 
 void Client::take_decisions(const Reply& packet) {
@@ -290,14 +298,14 @@ const Front& Client::refine() {
         for (uint32_t s = front_->split_count(); s != replica.split_count(); ++s) front_->split(s);
         return *front_;
     }
-    const Sweep sweep(replica, last_.view, last_.culling);
-    const std::vector<uint8_t>& wanted = sweep.wanted();
+    const auto sweep = make_sweep(last_);
+    const auto is_wanted = [&](uint32_t split) { return sweep->is_wanted(replica.node_of_split(split)); };
     // What is not wanted is depended on by nothing that is, and what is wanted depends on nothing that is
     // not.
     for (uint32_t s = replica.split_count(); s-- > 0;)
-        if (wanted[s] == 0 && front_->is_split(s)) front_->collapse(s);
+        if (!is_wanted(s) && front_->is_split(s)) front_->collapse(s);
     for (uint32_t s = 0; s != replica.split_count(); ++s)
-        if (wanted[s] != 0 && !front_->is_split(s)) front_->split(s);
+        if (is_wanted(s) && !front_->is_split(s)) front_->split(s);
     return *front_;
 }
 

@@ -96,6 +96,7 @@ class Client {
     Reply expect(ReplyKind kind);
     std::string ask(RequestKind kind);
     void send(Request request);
+    std::unique_ptr<Sweep<Replica>> make_sweep(const Sought& sought) const;
     bool ask_for_view();
     bool ask_for_list();
     void take(const Reply& packet);
@@ -107,8 +108,8 @@ class Client {
     std::unique_ptr<ClientState> state_;
     std::unique_ptr<SplitModels> models_;
     // Of what is being answered, answer_number_, one of these, by the service, as far as packets have come.
-    std::unique_ptr<Sweep> sweep_;
-    std::unique_ptr<PassCursor> passes_;
+    std::unique_ptr<Sweep<Replica>> sweep_;
+    std::unique_ptr<PassCursor<Replica>> passes_;
     std::vector<uint32_t> listed_;  // nodes
     uint32_t answer_number_ = 0, number_ = 0;
     std::map<uint32_t, Sought> sent_;  // what was sent and not answered to its end

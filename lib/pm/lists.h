@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "pm/packet_source.h"
-#include "pm/served_model.h"
+#include "pm/replica.h"
+#include "pm/sent_tree.h"
 #include "pm/sweep.h"
 
 namespace pm {
@@ -19,17 +20,16 @@ struct NodeList {
     std::vector<uint32_t> nodes;
     std::vector<std::byte> bytes;
 };
-NodeList make_list(const Replica& replica, SplitModels& models, Sweep& sweep, size_t most);
+NodeList make_list(const Replica& replica, SplitModels& models, Sweep<Replica>& sweep, size_t most);
 
 // The details that a list asks for, in the order of the tree.  Throws core::Error where it is none.
-std::vector<uint32_t> read_list(const ServedReplica& replica, SplitModels& models,
+std::vector<uint32_t> read_list(const ServedModel& served, SentRecord& record,
                                 std::span<const std::byte> bytes);
 
 class ListAnswer final : public PacketSource {
   public:
-    // All but the details outlive it.  Those from the first one on that was not answered.
-    ListAnswer(const ServedModel& served, SentRecord& record, ServedReplica& replica,
-               std::span<const uint32_t> details);
+    // Both outlive it.  The details from the first one on that was not answered.
+    ListAnswer(const ServedModel& served, SentRecord& record, std::span<const uint32_t> details);
     // Throws core::Error where a split was asked for that cannot be done though the client could know it.
     Packet next(uint32_t most_decisions) override;
 
@@ -38,10 +38,9 @@ class ListAnswer final : public PacketSource {
 
     const ServedModel& served_;
     SentRecord& record_;
-    ServedReplica& replica_;
+    SentTree tree_;
     std::vector<uint32_t> nodes_;
     size_t answered_ = 0;
-    Ring ring_;
 };
 
 // The client's side: answers to the nodes of its list from the first on.

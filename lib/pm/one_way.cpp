@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "pm/selection.h"
+#include "pm/split_taker.h"
 
 namespace pm {
 
@@ -14,36 +15,10 @@ constexpr size_t kLeastOfPass = 256;
 
 }  // namespace
 
-// ---- passes ----
-
-uint32_t PassCursor::current() {
-    if (walk_.current() == kNone) {
-        if (!has_split_) throw core::Error("packet: a pass splits nothing");
-        *this = PassCursor(*replica_);
-    }
-    if (is_begin_) nodes_before_ = uint32_t(replica_->nodes().size());
-    const uint32_t node = walk_.current();
-    const uint32_t parent = replica_->node(node).parent;
-    age_ = node < nodes_before_ ? 0 : node == replica_->node(parent).kept_child ? 1 : 2;
-    return node;
-}
-
-void PassCursor::was_split() {
-    walk_.was_split();
-    last_ = has_split_ = true;
-    is_begin_ = false;
-}
-
-void PassCursor::was_left() {
-    walk_.leave();
-    last_ = is_begin_ = false;
-}
-
 // ---- the server ----
 
-OneWayAnswer::OneWayAnswer(const ServedModel& served, SentRecord& record, ServedReplica& replica,
-                           const View& view, Culling culling)
-    : served_(served), record_(record), replica_(replica), cursor_(replica.replica()) {
+OneWayAnswer::OneWayAnswer(const ServedModel& served, SentRecord& record, const View& view, Culling culling)
+    : served_(served), record_(record), tree_(served, record), cursor_(tree_) {
     const Model& model = served.model();
     const Hierarchy tree = model.hierarchy();
     const RefinementTest test(view, model.header().placement, culling);
@@ -65,40 +40,33 @@ OneWayAnswer::OneWayAnswer(const ServedModel& served, SentRecord& record, Served
 void OneWayAnswer::choose_pass() {
     std::vector<double> errors;
     for (const auto& [detail, error] : pending_) errors.push_back(error);
-    const size_t count =
-        std::min(std::max(kLeastOfPass, size_t(replica_.replica().vertex_count())), errors.size());
+    const size_t vertices = size_t(served_.model().header().base_vertices) + record_.count();
+    const size_t count = std::min(std::max(kLeastOfPass, vertices), errors.size());
     std::nth_element(errors.begin(), errors.begin() + (std::ptrdiff_t(count) - 1), errors.end(),
                      std::greater<>());
     least_error_ = errors[count - 1];
 }
 
 // What it needs may come behind it in the pass; then its turn is in the next one.
-bool OneWayAnswer::is_in_pass(uint32_t detail) const {
-    const auto found = pending_.find(detail);
+bool OneWayAnswer::is_in_pass(uint32_t node) const {
+    const auto found = pending_.find(node);
     if (found == pending_.end() || found->second < least_error_) return false;
-    const uint32_t needs = served_.model().hierarchy().needs[detail];
+    const uint32_t needs = served_.model().hierarchy().needs[node];
     return needs == kNone || record_.is_sent(needs);
 }
 
 Packet OneWayAnswer::next(uint32_t most_splits) {
     Packet packet;
     RangeEncoder encoder;
-    Replica& have = replica_.replica();
     while (packet.decisions != most_splits && !pending_.empty()) {
         const uint32_t node = cursor_.current();
         if (cursor_.begins_pass()) choose_pass();
-        const uint32_t detail = replica_.detail_of(node);
-        if (!cursor_.code(encoder, record_.models, detail != kNone && is_in_pass(detail))) {
+        if (!cursor_.code(encoder, record_.models, is_in_pass(node))) {
             cursor_.was_left();
             continue;
         }
-        have.find_ring(have.node(node).vertex, ring_);
-        const SplitData data = replica_.split_data(record_, node, ring_);
-        code_split(encoder, record_.models, have, node, ring_, data);
-        packet.check = mixed(packet.check, data.vertex);
-        replica_.apply(node, data, ring_);
-        record_.add(detail);
-        pending_.erase(detail);
+        tree_.send_split(encoder, node, packet.check);
+        pending_.erase(node);
         cursor_.was_split();
         ++packet.decisions;
         ++counts_.splits;
@@ -110,10 +78,10 @@ Packet OneWayAnswer::next(uint32_t most_splits) {
 
 // ---- the client ----
 
-void take_one_way(Replica& replica, SplitModels& models, PassCursor& cursor, uint32_t splits, uint16_t check,
-                  std::span<const std::byte> bytes) {
+void take_one_way(Replica& replica, SplitModels& models, PassCursor<Replica>& cursor, uint32_t splits,
+                  uint16_t check, std::span<const std::byte> bytes) {
     RangeDecoder decoder(bytes);
-    Ring ring;
+    SplitTaker taker(replica, models);
     uint16_t found = 0;
     while (splits > 0) {
         if (decoder.is_beyond_end()) throw core::Error("packet: it is cut off");
@@ -122,10 +90,7 @@ void take_one_way(Replica& replica, SplitModels& models, PassCursor& cursor, uin
             cursor.was_left();
             continue;
         }
-        replica.find_ring(replica.node(node).vertex, ring);
-        const SplitData data = code_split(decoder, models, replica, node, ring, SplitData());
-        replica.apply(node, data, ring);
-        found = mixed(found, data.vertex);
+        taker.take(decoder, node, found);
         cursor.was_split();
         --splits;
     }

@@ -11,60 +11,73 @@
 #include <span>
 #include <unordered_map>
 
+#include "core/error.h"
 #include "pm/packet_source.h"
-#include "pm/served_model.h"
+#include "pm/replica.h"
+#include "pm/sent_tree.h"
 #include "pm/tree_walk.h"
 #include "pm/view.h"
 
 namespace pm {
 
-// Where both sides are.
+// Where both sides are.  `Tree` as in sweep.h.
+template <class Tree>
 class PassCursor {
   public:
-    explicit PassCursor(const Replica& replica) : replica_(&replica), walk_(replica) {}
+    explicit PassCursor(const Tree& tree) : tree_(&tree), walk_(tree) {}
 
     bool begins_pass() const { return is_begin_; }
     // Begins the next pass at the end of one.  Throws core::Error where that has split nothing.
-    uint32_t current();
+    uint32_t current() {
+        if (walk_.is_at_end()) {
+            if (!has_split_) throw core::Error("packet: a pass splits nothing");
+            *this = PassCursor(*tree_);
+        }
+        return walk_.current();
+    }
     template <class Coder>
     bool code(Coder& coder, SplitModels& models, bool is_split) const {
-        return coder.bit(models.pass[age_ * 2 + size_t(last_)], is_split);
+        return coder.bit(models.pass[walk_.age() * 2 + size_t(last_)], is_split);
     }
-    void was_split();
-    void was_left();
+    void was_split() {
+        walk_.was_split();
+        last_ = has_split_ = true;
+        is_begin_ = false;
+    }
+    void was_left() {
+        walk_.leave();
+        last_ = is_begin_ = false;
+    }
 
   private:
-    const Replica* replica_;
-    TreeWalk walk_;
-    // Of current(): is it a child of what this pass has split, 0 (no) to 2; was the one before it split?
-    size_t age_ = 0;
-    bool last_ = false, is_begin_ = true, has_split_ = false;
-    uint32_t nodes_before_ = 0;  // which the replica had when the pass began
+    const Tree* tree_;
+    TreeWalk<Tree> walk_;
+    bool last_ = false;  // the node before current() was split
+    bool is_begin_ = true, has_split_ = false;
 };
 
 class OneWayAnswer final : public PacketSource {
   public:
-    // All of them outlive it.
-    OneWayAnswer(const ServedModel& served, SentRecord& record, ServedReplica& replica, const View& view,
+    // Both outlive it.
+    OneWayAnswer(const ServedModel& served, SentRecord& record, const View& view,
                  Culling culling = Culling::on);
     Packet next(uint32_t most_splits) override;
 
   private:
     void choose_pass();
-    bool is_in_pass(uint32_t detail) const;
+    bool is_in_pass(uint32_t node) const;
 
     const ServedModel& served_;
     SentRecord& record_;
-    ServedReplica& replica_;
-    // By detail that is wanted and was not sent: its error on the screen, or on the way to it what is least.
+    SentTree tree_;
+    // By node that is wanted split and was not: its error on the screen, or on the way to it what is least.
     std::unordered_map<uint32_t, double> pending_;
     double least_error_ = 0;  // of this pass
-    PassCursor cursor_;
-    Ring ring_;
+    PassCursor<SentTree> cursor_;
 };
 
 // The client's side, as take_packet() in answer.h.
-void take_one_way(Replica& replica, SplitModels& models, PassCursor& cursor, uint32_t splits, uint16_t check,
-                  std::span<const std::byte> bytes);
+void take_one_way(Replica& replica, SplitModels& models, PassCursor<Replica>& cursor, uint32_t splits,
+                  uint16_t check, std::span<const std::byte> bytes);
 
 }  // namespace pm

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pm/replica.h"
+#include "pm/split_data.h"
 
 namespace pm {
 

@@ -39,7 +39,8 @@ void Replica::add_node(uint32_t vertex, uint32_t parent, const ChildData& data) 
     nodes_.push_back(node);
 }
 
-NodeBounds Replica::bounds(const Node& node) const {
+NodeBounds Replica::bounds(uint32_t n) const {
+    const Node& node = nodes_[n];
     return {unit_[node.vertex], node.error, node.radius, node.has_cone ? node.cone : ConeCodes{}};
 }
 
@@ -86,30 +87,40 @@ uint32_t Replica::common_ancestor(uint32_t a, uint32_t b) const {
     return a == b ? a : kNone;
 }
 
+void Replica::find_place(uint32_t n, const Ring& ring, SplitPlace& place) const {
+    const Node& node = nodes_[n];
+    place.vertex = vertices_[node.vertex];
+    place.error = node.error, place.radius = node.radius;
+    place.is_closed = ring.is_closed;
+    place.ring.clear();
+    for (const uint32_t v : ring.neighbours) place.ring.push_back(vertices_[v].position);
+}
+
 // The cut vertices differ from the split of their lowest common ancestor on.
-uint32_t Replica::needs_of(int left, int right, const Ring& ring) const {
-    if (left < 0 || right < 0) return kNone;
-    return common_ancestor(vertex_node_[ring.neighbours[size_t(left)]],
-                           vertex_node_[ring.neighbours[size_t(right)]]);
+uint32_t Replica::needs_of(Cuts cuts, const Ring& ring) const {
+    if (cuts.left < 0 || cuts.right < 0) return kNone;
+    return common_ancestor(vertex_node_[ring.neighbours[size_t(cuts.left)]],
+                           vertex_node_[ring.neighbours[size_t(cuts.right)]]);
 }
 
 // ---- what arrives ----
 
 void Replica::apply(uint32_t n, const SplitData& data, const Ring& ring) {
     const int count = int(ring.neighbours.size());
-    const bool is_whole = data.left >= 0 && data.right >= 0;
-    if (data.left >= count || data.right >= count || data.left == data.right || (ring.is_closed && !is_whole))
+    const auto [left, right] = data.cuts;
+    const bool is_whole = left >= 0 && right >= 0;
+    if (left >= count || right >= count || left == right || (ring.is_closed && !is_whole))
         throw core::Error("split: its cut vertices are not in the ring");
     if (nodes_[n].depth + 1u > header_.depth) throw core::Error("split: it is deeper than the model");
     const uint32_t vertex = nodes_[n].vertex, split = split_count();
-    const uint32_t needs = needs_of(data.left, data.right, ring);
-    mesh_.split(vertex, ring, data.left, data.right);
+    const uint32_t needs = needs_of(data.cuts, ring);
+    mesh_.split(vertex, ring, left, right);
     add_vertex(data.vertex);
     nodes_[n].kept_child = uint32_t(nodes_.size());
     nodes_[n].split = split;
     nodes_[n].needs = needs;
     split_node_.push_back(n);
-    cuts_.emplace_back(data.left, data.right);
+    cuts_.push_back(data.cuts);
     kept_.push_back(vertex);
     parent_.push_back(nodes_[n].parent == kNone ? kNone : nodes_[nodes_[n].parent].split);
     needs_.push_back(needs == kNone ? kNone : nodes_[needs].split);
@@ -122,10 +133,11 @@ void Replica::learn_cone(uint32_t node, ConeCodes cone) {
     nodes_[node].has_cone = true;
 }
 
-void Replica::learn_cuts(uint32_t node, int left, int right, const Ring& ring) {
+void Replica::learn_cuts(uint32_t node, Cuts cuts, const Ring& ring) {
     const int count = int(ring.neighbours.size());
-    if (left >= count || right >= count) throw core::Error("split: its cut vertices are not in the ring");
-    nodes_[node].needs = needs_of(left, right, ring);
+    if (cuts.left >= count || cuts.right >= count)
+        throw core::Error("split: its cut vertices are not in the ring");
+    nodes_[node].needs = needs_of(cuts, ring);
 }
 
 void Replica::forget_cuts() {
@@ -139,7 +151,7 @@ SplitData Replica::split_data(uint32_t split) const {
     };
     const uint32_t kept = nodes_[split_node_[split]].kept_child;
     SplitData data;
-    data.left = cuts_[split].x, data.right = cuts_[split].y;
+    data.cuts = cuts_[split];
     data.vertex = vertices_[vertex_count() - split_count() + split];
     data.kept = child(kept), data.fresh = child(kept + 1);
     return data;
@@ -157,12 +169,6 @@ Hierarchy Replica::hierarchy() const {
     // A split adds its left and its right face in turn.
     tree.faces = {reinterpret_cast<const SplitFaces*>(faces.data() + tree.base_faces.size()), split_count()};
     return tree;
-}
-
-size_t Replica::memory_bytes() const {
-    const size_t of_vertex = sizeof(VertexData) + sizeof(glm::dvec3) + 2 * sizeof(uint32_t);
-    return nodes_.size() * sizeof(Node) + vertices_.size() * of_vertex +
-           split_count() * 6 * sizeof(uint32_t) + mesh_.faces().size() * 2 * sizeof(glm::u32vec3);
 }
 
 }  // namespace pm

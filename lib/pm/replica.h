@@ -1,6 +1,6 @@
 // What a client holds of a model: the base mesh and all splits that it has received, as a tree of nodes and
-// the finest mesh that they make.  The server builds the same, from its sent bits, for as long as it needs
-// it.
+// the finest mesh that they make.  The server finds what it needs of it in the model, by its sent bits
+// (sent_tree.h).
 //
 // Kim, Lee, Kobbelt, section 5.2: the partially constructed vertex hierarchy.  Where the paper's client is
 // sent fundamental cut vertices by name, this one is told which neighbours of the vertex in its finest mesh
@@ -8,9 +8,10 @@
 // faces go to its new child.
 //
 // All that packets are coded by (rings, their order, predictions) depends on what is split alone, and not on
-// the order in which it was: so a server that builds its replica anew goes on where it was.
+// the order in which it was: so a server needs to know no more than that.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
@@ -20,6 +21,7 @@
 #include "pm/format.h"
 #include "pm/model.h"
 #include "pm/ring_mesh.h"
+#include "pm/split_code.h"
 
 namespace pm {
 
@@ -37,27 +39,6 @@ struct Node {
     ConeCodes cone{};
 };
 
-struct VertexData {
-    glm::u32vec3 position{0};  // lattice coordinates, or the bits of single precision where it is lossless
-    glm::u8vec3 colour{0};
-    uint16_t normal = 0xffff;
-    uint16_t weld = 0;  // welds.h: what it is one with at its place
-};
-
-struct ChildData {
-    bool is_leaf = true;
-    uint8_t error = 0, radius = 0;
-};
-// What is known of a node where bounds are not told (service.h): it may be split.
-constexpr ChildData kUnknownNode{false, 0, 0};
-
-// One split, as a packet says it.
-struct SplitData {
-    int left = -1, right = -1;  // cut vertices: positions in the canonical ring; -1: missing
-    VertexData vertex;          // of the new child
-    ChildData kept, fresh;
-};
-
 class Replica {
   public:
     // Vertices and their nodes in the order of the model's base mesh; no nodes where bounds are not told.
@@ -73,8 +54,6 @@ class Replica {
     uint32_t vertex_count() const { return uint32_t(vertices_.size()); }
     uint32_t split_count() const { return uint32_t(kept_.size()); }
     uint32_t node_of_split(uint32_t split) const { return split_node_[split]; }
-    uint32_t node_of_vertex(uint32_t v) const { return vertex_node_[v]; }  // its last one
-    NodeBounds bounds(const Node& node) const;
     glm::dvec3 unit(uint32_t v) const { return unit_[v]; }
     glm::dvec3 world(uint32_t v) const;
 
@@ -82,17 +61,40 @@ class Replica {
     // z), and of equal ones with that which precedes().
     void find_ring(uint32_t vertex, Ring& ring) const;
 
+    // What its split is coded by; `ring` is that of its vertex.
+    void find_place(uint32_t node, const Ring& ring, SplitPlace& place) const;
+
     // Splits a node that is not split and no leaf.  Throws core::Error where the cuts are none of this ring,
     // or the tree would be deeper than the header says.
     void apply(uint32_t node, const SplitData& split, const Ring& ring);
 
     void learn_cone(uint32_t node, ConeCodes cone);
-    // The two cut vertices of a node that cannot be split yet; -1: missing.
-    void learn_cuts(uint32_t node, int left, int right, const Ring& ring);
+    // The two cut vertices of a node that cannot be split yet.
+    void learn_cuts(uint32_t node, Cuts cuts, const Ring& ring);
     void set_needs(uint32_t node, uint32_t needs) { nodes_[node].needs = needs; }
     // Of nodes that are not split yet: a record does not hold them.
     void forget_cuts();
 
+    // ---- the tree, for sweep.h and tree_walk.h ----
+
+    uint32_t end_of_splits() const { return uint32_t(nodes_.size()); }  // nodes that are split are below
+    template <class Use>
+    void for_each_split(const Use& use) const {
+        for (const uint32_t n : split_node_) use(n);
+    }
+    template <class Use>
+    void for_each_root(const Use& use) const {
+        for (uint32_t n = 0; n != vertex_count() - split_count(); ++n) use(n);
+    }
+    bool is_split(uint32_t n) const { return nodes_[n].split != kNone; }
+    bool is_leaf(uint32_t n) const { return nodes_[n].is_leaf; }
+    uint32_t parent(uint32_t n) const { return nodes_[n].parent; }
+    uint32_t needs(uint32_t n) const { return nodes_[n].needs; }
+    std::array<uint32_t, 2> children(uint32_t n) const {
+        return {nodes_[n].kept_child, nodes_[n].kept_child + 1};
+    }
+    uint8_t error_code(uint32_t n) const { return nodes_[n].error; }
+    NodeBounds bounds(uint32_t n) const;
     // True where `a` comes before `b` in the order of the tree: by base vertex, a node before its children,
     // the kept child's before the new one's.
     bool precedes(uint32_t a, uint32_t b) const;
@@ -103,12 +105,10 @@ class Replica {
     // For pm::Front: the splits received as details.  Valid until the next split.
     Hierarchy hierarchy() const;
 
-    size_t memory_bytes() const;
-
   private:
     bool is_lower(uint32_t vertex, uint32_t than) const;
     uint32_t common_ancestor(uint32_t a, uint32_t b) const;
-    uint32_t needs_of(int left, int right, const Ring& ring) const;
+    uint32_t needs_of(Cuts cuts, const Ring& ring) const;
     void add_vertex(const VertexData& data);
     void add_node(uint32_t vertex, uint32_t parent, const ChildData& data);
 
@@ -120,7 +120,7 @@ class Replica {
     std::vector<glm::dvec3> unit_;
     std::vector<uint32_t> vertex_node_;
     std::vector<uint32_t> split_node_, kept_, parent_, needs_;  // by split
-    std::vector<glm::ivec2> cuts_;                              // positions in the ring of that time
+    std::vector<Cuts> cuts_;                                    // positions in the ring of that time
 };
 
 }  // namespace pm

@@ -12,12 +12,15 @@ ServedModel::ServedModel(Model model) : model_(std::move(model)) {
     const Header& header = model_.header();
     if (header.depth > 0xfffe)
         throw core::Error(model_.name() + ": it is deeper than 65534 splits, and cannot be served");
+    if (uint64_t(header.base_faces) + 2 * uint64_t(header.details) >= kNone)
+        throw core::Error(model_.name() + ": it has more than 2^32 faces, and cannot be served");
     order_base();
     base_packet_ = encode_base(header, base_);
     BaseMesh bare = base_;
     bare.nodes.clear();
     bare_base_packet_ = encode_base(header, bare);
-    base_replica();  // is its base mesh one?
+    RingMesh(header.base_vertices, base_.faces);  // is it one?
+    faces_ = FaceIndex(model_, base_order_);
 }
 
 namespace {
@@ -75,12 +78,6 @@ void ServedModel::order_base() {
     }
 }
 
-Replica ServedModel::base_replica(Service service) const {
-    return Replica(
-        model_.header(), base_.vertices, base_.faces,
-        tells_bounds(service) ? std::span<const ChildData>(base_.nodes) : std::span<const ChildData>());
-}
-
 VertexData ServedModel::vertex_data(uint32_t vertex) const {
     const Header& header = model_.header();
     VertexData data;
@@ -98,91 +95,10 @@ ChildData ServedModel::child_data(uint32_t split_by) const {
 
 // ---- what was sent ----
 
-void SentRecord::block(uint32_t detail, uint32_t needs) {
-    std::erase_if(blocked_, [&](const Blocked& b) { return b.detail == detail; });
-    if (needs != kNone) blocked_.push_back({detail, needs});
-}
-
 size_t SentRecord::memory_bytes() const {
+    constexpr size_t kBytesOfWaiting = 48;  // a node of the map
     return sizeof *this + bits_.capacity() * sizeof(uint64_t) + cones.capacity() * sizeof(uint32_t) +
-           blocked_.capacity() * sizeof(Blocked);
-}
-
-// ---- the replica ----
-
-ServedReplica::ServedReplica(const ServedModel& served, const SentRecord& record)
-    : served_(served), replica_(served.base_replica(record.service)) {
-    const Model& model = served.model();
-    for (const uint32_t v : served.base_order()) {
-        detail_.push_back(model.root_split()[v]);
-        model_name_.push_back(v);
-    }
-    // Nodes by the details that split them: what a detail depends on stands before it.
-    std::vector<uint32_t> node_of(model.details(), kNone);
-    const auto name_nodes = [&](uint32_t from) {
-        for (uint32_t n = from; n != detail_.size(); ++n)
-            if (detail_[n] != kNone) node_of[detail_[n]] = n;
-    };
-    name_nodes(0);
-    // The cuts of an earlier detail are looked for among those that are applied already.
-    SentRecord applied(record.service);
-    Ring ring;
-    for (uint32_t d = 0; d != model.details(); ++d) {
-        if (!record.is_sent(d)) continue;
-        const uint32_t node = node_of[d];
-        if (node == kNone) throw core::Error("record: a split has no parent");
-        replica_.find_ring(replica_.node(node).vertex, ring);
-        const SplitData data = split_data(applied, node, ring);
-        const uint32_t children = uint32_t(detail_.size());
-        apply(node, data, ring);
-        name_nodes(children);
-        applied.add(d);
-    }
-    for (const uint32_t d : record.cones)
-        if (node_of[d] != kNone) replica_.learn_cone(node_of[d], model.cone(d));
-    for (const SentRecord::Blocked& b : record.blocked())
-        if (node_of[b.detail] != kNone && !record.is_sent(b.detail))
-            replica_.set_needs(node_of[b.detail], node_of[b.needs]);
-}
-
-int ServedReplica::position_of(const SentRecord& record, uint32_t leaf, const Ring& ring) const {
-    if (leaf == kNone) return -1;
-    const Hierarchy tree = served_.model().hierarchy();
-    while (leaf >= tree.base_vertices && !record.is_sent(leaf - tree.base_vertices))
-        leaf = tree.kept[leaf - tree.base_vertices];
-    for (size_t i = 0; i != ring.neighbours.size(); ++i)
-        if (model_name_[ring.neighbours[i]] == leaf) return int(i);
-    throw core::Error(served_.model().name() +
-                      ": a cut vertex is not in its ring; 'qs-info --verify' says more");
-}
-
-Cuts ServedReplica::cuts(const SentRecord& record, uint32_t node, const Ring& ring) const {
-    const SplitFaces& faces = served_.model().hierarchy().faces[detail_[node]];
-    return {position_of(record, faces.left_cut(), ring), position_of(record, faces.right_cut(), ring)};
-}
-
-SplitData ServedReplica::split_data(const SentRecord& record, uint32_t node, const Ring& ring) const {
-    const Model& model = served_.model();
-    const uint32_t d = detail_[node];
-    const Cuts at = cuts(record, node, ring);
-    SplitData data;
-    data.left = at.left, data.right = at.right;
-    data.vertex = served_.vertex_data(model.hierarchy().born_by(d));
-    data.kept = served_.child_data(model.children()[d].kept);
-    data.fresh = served_.child_data(model.children()[d].fresh);
-    return data;
-}
-
-void ServedReplica::apply(uint32_t node, const SplitData& split, const Ring& ring) {
-    const uint32_t d = detail_[node];
-    replica_.apply(node, split, ring);
-    detail_.push_back(served_.model().children()[d].kept);
-    detail_.push_back(served_.model().children()[d].fresh);
-    model_name_.push_back(served_.model().hierarchy().born_by(d));
-}
-
-size_t ServedReplica::memory_bytes() const {
-    return replica_.memory_bytes() + (detail_.size() + model_name_.size()) * sizeof(uint32_t);
+           waiting_.size() * kBytesOfWaiting;
 }
 
 // ---- records of clients ----

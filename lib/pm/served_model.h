@@ -1,10 +1,13 @@
 // A model as a server hands it out, and what it keeps of a client: which splits it has sent.
 #pragma once
 
+#include <bit>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "pm/face_index.h"
 #include "pm/model.h"
 #include "pm/replica.h"
 #include "pm/service.h"
@@ -15,7 +18,7 @@ namespace pm {
 // Shared by all clients; does not change.
 class ServedModel {
   public:
-    // Throws core::Error where its base mesh is none.
+    // Throws core::Error where its base mesh is none, or it is too large.
     explicit ServedModel(Model model);
 
     const Model& model() const { return model_; }
@@ -25,7 +28,7 @@ class ServedModel {
     }
     // By base vertex of the packet: that of the model.
     std::span<const uint32_t> base_order() const { return base_order_; }
-    Replica base_replica(Service service = Service::selective) const;
+    const FaceIndex& faces() const { return faces_; }
 
     VertexData vertex_data(uint32_t vertex) const;
     ChildData child_data(uint32_t split_by) const;  // of the node that a detail splits; kNone: a leaf
@@ -37,6 +40,7 @@ class ServedModel {
     std::vector<uint32_t> base_order_;
     BaseMesh base_;
     std::vector<std::byte> base_packet_, bare_base_packet_;
+    FaceIndex faces_;
 };
 
 // What a server remembers of a client: a bit a detail, up to the last one that was sent, and the few things
@@ -55,17 +59,25 @@ class SentRecord {
         ++count_;
     }
     uint32_t count() const { return count_; }
+    uint32_t end() const { return uint32_t(bits_.size() * 64); }  // what was sent has smaller numbers
+    // The details that were sent, rising.
+    template <class Use>
+    void for_each(const Use& use) const {
+        for (size_t i = 0; i != bits_.size(); ++i)
+            for (uint64_t left = bits_[i]; left != 0; left &= left - 1)
+                use(uint32_t(64 * i + size_t(std::countr_zero(left))));
+    }
     size_t memory_bytes() const;
     size_t bits_bytes() const { return bits_.size() * sizeof(uint64_t); }
 
-    // Details that were found to need another one that was not wanted, and the detail that the client takes
-    // it for.
-    struct Blocked {
-        uint32_t detail, needs;
-    };
-    std::span<const Blocked> blocked() const { return blocked_; }
-    // In the place of what was told of this detail before.
-    void block(uint32_t detail, uint32_t needs);
+    // Of a detail that was found to need another one that was not wanted: the node that the client takes it
+    // to wait for; kNone: it was told nothing.
+    uint32_t waits_for(uint32_t detail) const {
+        if (waiting_.empty()) return kNone;
+        const auto found = waiting_.find(detail);
+        return found == waiting_.end() ? kNone : found->second;
+    }
+    void wait_for(uint32_t detail, uint32_t needs) { waiting_[detail] = needs; }
 
     Service service;
     // Details whose cones were sent, in any order.
@@ -73,36 +85,9 @@ class SentRecord {
     SplitModels models;
 
   private:
-    std::vector<Blocked> blocked_;
+    std::map<uint32_t, uint32_t> waiting_;
     std::vector<uint64_t> bits_;
     uint32_t count_ = 0;
-};
-
-// The client's replica, as the server has it: with the model's names of nodes and vertices.
-class ServedReplica {
-  public:
-    // From nothing but the record.  Throws core::Error where the model's cut vertices do not fit together.
-    ServedReplica(const ServedModel& served, const SentRecord& record);
-
-    const Replica& replica() const { return replica_; }
-    Replica& replica() { return replica_; }
-    uint32_t detail_of(uint32_t node) const { return detail_[node]; }
-
-    // The split of a node whose detail may be sent, in its ring.
-    SplitData split_data(const SentRecord& record, uint32_t node, const Ring& ring) const;
-    // The positions of its cut vertices now, which may be equal.
-    Cuts cuts(const SentRecord& record, uint32_t node, const Ring& ring) const;
-    void apply(uint32_t node, const SplitData& split, const Ring& ring);
-
-    size_t memory_bytes() const;
-
-  private:
-    int position_of(const SentRecord& record, uint32_t leaf, const Ring& ring) const;
-
-    const ServedModel& served_;
-    Replica replica_;
-    std::vector<uint32_t> detail_;      // by node: the model's detail that splits it
-    std::vector<uint32_t> model_name_;  // by vertex
 };
 
 // The record of a client that comes back: which nodes of its replica are split and whose cones it knows, node

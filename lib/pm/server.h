@@ -20,8 +20,11 @@ namespace pm {
 struct ServerOptions {
     net::ServerLimits limits;  // but most_frame_bytes, which follows from the models
     uint32_t packet_decisions = 512;
-    size_t most_replica_bytes = size_t{256} << 20;
 };
+
+// Answers that are not at their end and wait for their next turn.  More would take memory, and save little:
+// an answer begins again at the cost of a small part of a packet for each thousand splits that were sent.
+constexpr size_t kMostUnfinished = 4;
 
 // A model and the name that clients know it by.
 struct CatalogueEntry {

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/error.h"
+#include "pm/welds.h"
 
 namespace pm {
 
@@ -18,10 +19,6 @@ struct Prediction {
     std::array<size_t, 3> axis_class{};
 };
 
-glm::i64vec3 lattice_of(const Replica& replica, uint32_t vertex) {
-    return glm::i64vec3(replica.vertex(vertex).position);
-}
-
 size_t half_octaves(uint64_t size) {
     if (size < 2) return size_t(size);
     const size_t length = size_t(std::bit_width(size));
@@ -29,17 +26,16 @@ size_t half_octaves(uint64_t size) {
 }
 
 // From the neighbours that the new vertex will have: the one that is split, and those from cut to cut.
-Prediction predict(const Replica& replica, uint32_t vertex, const Ring& ring, int left, int right) {
-    const int count = int(ring.neighbours.size());
-    const int begin = left < 0 ? 0 : left, end = right < 0 ? count - 1 : right;
+Prediction predict(const SplitPlace& place, Cuts cuts) {
+    const int count = int(place.ring.size());
+    const int begin = cuts.left < 0 ? 0 : cuts.left, end = cuts.right < 0 ? count - 1 : cuts.right;
     const int steps = (end - begin + count) % count;
-    const glm::i64vec3 origin = lattice_of(replica, vertex);
+    const glm::i64vec3 origin(place.vertex.position);
     glm::i64vec3 sum(0);
     glm::dvec3 normal(0), before(0);
     int64_t spread = 0;
     for (int i = 0; i <= steps; ++i) {
-        const glm::i64vec3 offset =
-            lattice_of(replica, ring.neighbours[size_t((begin + i) % count)]) - origin;
+        const glm::i64vec3 offset = glm::i64vec3(place.ring[size_t((begin + i) % count)]) - origin;
         sum += offset;
         spread += std::abs(offset.x) + std::abs(offset.y) + std::abs(offset.z);
         if (i > 0) normal += glm::cross(before, glm::dvec3(offset));
@@ -103,17 +99,16 @@ uint16_t code_weld(Coder& coder, BitModel& is_welded, NumberModel<17>& model, ui
 }
 
 template <class Coder>
-VertexData code_vertex(Coder& coder, SplitModels& models, const Replica& replica, uint32_t vertex,
-                       const Ring& ring, const SplitData& split, const VertexData& value) {
-    const Header& header = replica.header();
-    const VertexData& from = replica.vertex(vertex);
+VertexData code_vertex(Coder& coder, SplitModels& models, const Header& header, const SplitPlace& place,
+                       Cuts cuts, const VertexData& value) {
+    const VertexData& from = place.vertex;
     VertexData coded;
     if (header.is_lossless()) {
         for (int axis = 0; axis != 3; ++axis)
             coded.position[axis] =
                 code_exact(coder, models.exact[size_t(axis)], from.position[axis], value.position[axis]);
     } else {
-        const Prediction prediction = predict(replica, vertex, ring, split.left, split.right);
+        const Prediction prediction = predict(place, cuts);
         const uint32_t most = (uint32_t(1) << header.bits) - 1;
         for (int axis = 0; axis != 3; ++axis)
             coded.position[axis] =
@@ -133,7 +128,7 @@ VertexData code_vertex(Coder& coder, SplitModels& models, const Replica& replica
         coded.normal = normal;
     }
     if (header.welds > 0) {
-        const bool is_at_boundary = split.left < 0 || split.right < 0;
+        const bool is_at_boundary = cuts.left < 0 || cuts.right < 0;
         coded.weld =
             code_weld(coder, models.is_welded[is_at_boundary][from.weld != 0], models.weld, value.weld);
     }
@@ -141,7 +136,7 @@ VertexData code_vertex(Coder& coder, SplitModels& models, const Replica& replica
 }
 
 template <class Coder>
-ChildData code_child(Coder& coder, SplitModels& models, const Node& of, const ChildData* kept,
+ChildData code_child(Coder& coder, SplitModels& models, const SplitPlace& of, const ChildData* kept,
                      const ChildData& value) {
     ChildData coded;
     const size_t leaf_class = !kept ? 0 : kept->is_leaf ? 1 : 2;
@@ -162,11 +157,11 @@ ChildData code_child(Coder& coder, SplitModels& models, const Node& of, const Ch
 
 // Which cut vertices there are, and where.
 template <class Coder>
-Cuts code_split_cuts(Coder& coder, SplitModels& models, const Ring& ring, Cuts cuts) {
-    const uint32_t count = uint32_t(ring.neighbours.size());
+Cuts code_split_cuts(Coder& coder, SplitModels& models, const SplitPlace& place, Cuts cuts) {
+    const uint32_t count = uint32_t(place.ring.size());
     if (count < 2) throw core::Error("split: its vertex has no ring");
-    const bool has_left = ring.is_closed || !coder.bit(models.missing[0], cuts.left < 0);
-    const bool has_right = ring.is_closed || !has_left || !coder.bit(models.missing[1], cuts.right < 0);
+    const bool has_left = place.is_closed || !coder.bit(models.missing[0], cuts.left < 0);
+    const bool has_right = place.is_closed || !has_left || !coder.bit(models.missing[1], cuts.right < 0);
     Cuts coded;
     if (has_left) coded.left = int(coder.uniform(std::min(count, 65536u), uint32_t(cuts.left)));
     if (!has_right) return coded;
@@ -185,33 +180,31 @@ Cuts code_split_cuts(Coder& coder, SplitModels& models, const Ring& ring, Cuts c
 }  // namespace
 
 template <class Coder>
-SplitData code_split(Coder& coder, SplitModels& models, const Replica& replica, uint32_t n, const Ring& ring,
-                     const SplitData& split) {
-    const Node& node = replica.node(n);
-    const Cuts cuts = code_split_cuts(coder, models, ring, {split.left, split.right});
+SplitData code_split(Coder& coder, SplitModels& models, const Header& header, bool tells_bounds,
+                     const SplitPlace& place, const SplitData& split) {
     SplitData coded;
-    coded.left = cuts.left, coded.right = cuts.right;
-    coded.vertex = code_vertex(coder, models, replica, node.vertex, ring, coded, split.vertex);
-    if (!replica.has_bounds()) return coded;
-    coded.kept = code_child(coder, models, node, nullptr, split.kept);
-    coded.fresh = code_child(coder, models, node, &coded.kept, split.fresh);
+    coded.cuts = code_split_cuts(coder, models, place, split.cuts);
+    coded.vertex = code_vertex(coder, models, header, place, coded.cuts, split.vertex);
+    if (!tells_bounds) return coded;
+    coded.kept = code_child(coder, models, place, nullptr, split.kept);
+    coded.fresh = code_child(coder, models, place, &coded.kept, split.fresh);
     return coded;
 }
 
 template <class Coder>
-Cuts code_cuts(Coder& coder, SplitModels&, const Ring& ring, Cuts cuts) {
-    const uint32_t count = uint32_t(std::min<size_t>(ring.neighbours.size(), 65536));
+Cuts code_cuts(Coder& coder, size_t ring_size, Cuts cuts) {
+    const uint32_t count = uint32_t(std::min<size_t>(ring_size, 65536));
     if (count == 0) throw core::Error("split: its vertex has no ring");
     const int left = int(coder.uniform(count, uint32_t(cuts.left)));
     return {left, int(coder.uniform(count, uint32_t(cuts.right)))};
 }
 
-template SplitData code_split(RangeEncoder&, SplitModels&, const Replica&, uint32_t, const Ring&,
+template SplitData code_split(RangeEncoder&, SplitModels&, const Header&, bool, const SplitPlace&,
                               const SplitData&);
-template SplitData code_split(RangeDecoder&, SplitModels&, const Replica&, uint32_t, const Ring&,
+template SplitData code_split(RangeDecoder&, SplitModels&, const Header&, bool, const SplitPlace&,
                               const SplitData&);
-template Cuts code_cuts(RangeEncoder&, SplitModels&, const Ring&, Cuts);
-template Cuts code_cuts(RangeDecoder&, SplitModels&, const Ring&, Cuts);
+template Cuts code_cuts(RangeEncoder&, size_t, Cuts);
+template Cuts code_cuts(RangeDecoder&, size_t, Cuts);
 
 // ---- the base mesh ----
 

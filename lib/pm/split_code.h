@@ -6,9 +6,12 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
+#include "pm/bounds.h"
+#include "pm/format.h"
 #include "pm/range_coder.h"
-#include "pm/replica.h"
+#include "pm/split_data.h"
 
 namespace pm {
 
@@ -54,19 +57,23 @@ Decision code_decision(Coder& coder, SplitModels& models, Decision decision) {
     return Decision(value);
 }
 
-// The ring is that of the node's vertex.  `split` is what is written, and what is returned is what was read:
-// some split that can be applied, or core::Error where none can.  Children are told where the replica has
-// bounds.
-template <class Coder>
-SplitData code_split(Coder& coder, SplitModels& models, const Replica& replica, uint32_t node,
-                     const Ring& ring, const SplitData& split);
-
-// Positions in the ring; equal ones are possible only in `cuts`.
-struct Cuts {
-    int left = -1, right = -1;
+// What both sides know of a node that is to be split.
+struct SplitPlace {
+    VertexData vertex;  // its own
+    uint8_t error = 0, radius = 0;
+    bool is_closed = false;          // its ring, which begins as replica.h says
+    std::vector<glm::u32vec3> ring;  // positions of the neighbours
 };
+
+// `split` is what is written, and what is returned is what was read: some split that can be applied, or
+// core::Error where none can.  Children are told where bounds are.
 template <class Coder>
-Cuts code_cuts(Coder& coder, SplitModels& models, const Ring& ring, Cuts cuts);
+SplitData code_split(Coder& coder, SplitModels& models, const Header& header, bool tells_bounds,
+                     const SplitPlace& place, const SplitData& split);
+
+// Of a node that waits for another one: none is missing, and they may be equal.
+template <class Coder>
+Cuts code_cuts(Coder& coder, size_t ring_size, Cuts cuts);
 
 template <class Coder>
 ConeCodes code_cone(Coder& coder, ConeCodes cone) {

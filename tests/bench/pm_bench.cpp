@@ -25,7 +25,6 @@
 #include "geom/camera.h"
 #include "mesh/mesh.h"
 #include "pm/answer.h"
-#include "pm/client_mesh.h"
 #include "pm/extract.h"
 #include "pm/one_way.h"
 #include "pm/selection.h"
@@ -58,22 +57,18 @@ struct Scene {
 struct Link {
     const pm::ServedModel& served;
     pm::SentRecord record;
-    pm::ServedReplica replica;
     size_t bytes;
 
     Link(const pm::ServedModel& model, pm::Service service)
-        : served(model),
-          record(service),
-          replica(model, record),
-          bytes(kOpenedOverhead + model.base_packet(service).size()) {}
+        : served(model), record(service), bytes(kOpenedOverhead + model.base_packet(service).size()) {}
 
     // Until the view is satisfied, or so many bytes are reached.
     void answer(const pm::View& view, pm::Culling culling, size_t most_bytes = SIZE_MAX) {
         std::unique_ptr<pm::PacketSource> source;
         if (record.service == pm::Service::one_way)
-            source = std::make_unique<pm::OneWayAnswer>(served, record, replica, view, culling);
+            source = std::make_unique<pm::OneWayAnswer>(served, record, view, culling);
         else
-            source = std::make_unique<pm::Answer>(served, record, replica, view, culling);
+            source = std::make_unique<pm::Answer>(served, record, view, culling);
         for (bool is_last = false; !is_last && bytes < most_bytes;) {
             const pm::Packet packet = source->next(kDecisions);
             bytes += kPacketOverhead + packet.bytes.size();
@@ -81,9 +76,9 @@ struct Link {
         }
     }
     mesh::Mesh mesh() const {
-        pm::Front front(replica.replica().hierarchy());
-        for (uint32_t s = 0; s != replica.replica().split_count(); ++s) front.split(s);
-        return pm::mesh_of(replica.replica(), front);
+        pm::Front front(served.model().hierarchy());
+        record.for_each([&](uint32_t detail) { front.split(detail); });
+        return pm::mesh_of(served.model(), front);
     }
 };
 
@@ -171,8 +166,7 @@ void follow_session(const Scene& scene, double threshold_px, double second_px) {
                                {"window_bytes", memory.window},
                                {"window_allocated_bytes", memory.allocated},
                                {"front_bytes", memory.active * kPaperBytesOfNode + tags.nodes() / 8},
-                               {"session_bytes", link.record.memory_bytes()},
-                               {"replica_bytes", link.replica.memory_bytes()}}
+                               {"session_bytes", link.record.memory_bytes()}}
                         .dump() +
                     "\n");
     }

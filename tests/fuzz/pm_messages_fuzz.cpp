@@ -52,7 +52,7 @@ pm::Replica two_tetrahedra(bool is_open, bool has_bounds = true) {
 void check_packet(std::span<const std::byte> bytes, bool is_open) {
     pm::Replica replica = two_tetrahedra(is_open);
     pm::SplitModels models;
-    pm::Sweep sweep(replica, pm::View(), pm::Culling::off);
+    pm::Sweep sweep(replica, pm::View(), replica.header().placement, pm::Culling::off);
     try {
         pm::take_packet(replica, models, sweep, 500, 0, bytes);
     } catch (const core::Error&) {

@@ -18,7 +18,6 @@ namespace pm_test {
 struct StreamingLink {
     const pm::ServedModel& served;
     pm::SentRecord record;
-    std::unique_ptr<pm::ServedReplica> server;
     pm::BaseMesh base;
     pm::Replica client;
     pm::SplitModels models;
@@ -28,20 +27,20 @@ struct StreamingLink {
     explicit StreamingLink(const pm::ServedModel& model, pm::Service service = pm::Service::selective)
         : served(model),
           record(service),
-          server(std::make_unique<pm::ServedReplica>(model, record)),
           base(pm::decode_base(model.model().header(), model.base_packet(service), tells_bounds(service))),
           client(model.model().header(), base.vertices, base.faces, base.nodes) {}
 
     bool lacks(const pm::View& view, pm::Culling culling = pm::Culling::on) const {
-        return pm::Sweep(client, view, culling).current() != pm::kNone;
+        return sweep(view, culling).current() != pm::kNone;
     }
-    // The server forgets what it can build anew.
-    void forget() { server = std::make_unique<pm::ServedReplica>(served, record); }
+    pm::Sweep<pm::Replica> sweep(const pm::View& view, pm::Culling culling = pm::Culling::on) const {
+        return pm::Sweep(client, view, client.header().placement, culling);
+    }
 
     pm::AnswerCounts show(const pm::View& view, pm::Culling culling = pm::Culling::on,
                           uint32_t packet = 100) {
-        pm::Sweep sweep(client, view, culling);
-        pm::Answer answer(served, record, *server, view, culling);
+        pm::Sweep<pm::Replica> sweep = this->sweep(view, culling);
+        pm::Answer answer(served, record, view, culling);
         for (;;) {
             const pm::Packet next = answer.next(packet);
             bytes += next.bytes.size();
@@ -56,7 +55,7 @@ struct StreamingLink {
     // One way.
     void show_one_way(const pm::View& view, pm::Culling culling = pm::Culling::on, uint32_t packet = 100) {
         pm::PassCursor cursor(client);
-        pm::OneWayAnswer answer(served, record, *server, view, culling);
+        pm::OneWayAnswer answer(served, record, view, culling);
         for (bool is_last = false; !is_last;) {
             const pm::Packet next = answer.next(packet);
             bytes += next.bytes.size();
@@ -67,12 +66,12 @@ struct StreamingLink {
     // By lists, each of so many nodes at most; the number of lists.
     int show_by_lists(const pm::View& view, pm::Culling culling = pm::Culling::on, size_t most = 300) {
         for (int lists = 0;; ++lists) {
-            pm::Sweep sweep(client, view, culling);
+            pm::Sweep<pm::Replica> sweep = this->sweep(view, culling);
             if (sweep.current() == pm::kNone) return lists;
             const pm::NodeList list = pm::make_list(client, models, sweep, most);
-            const std::vector<uint32_t> details = pm::read_list(*server, record.models, list.bytes);
+            const std::vector<uint32_t> details = pm::read_list(served, record, list.bytes);
             EXPECT_EQ(details.size(), list.nodes.size());
-            pm::ListAnswer answer(served, record, *server, details);
+            pm::ListAnswer answer(served, record, details);
             const pm::Packet next = answer.next(pm::kMostDecisions);
             EXPECT_TRUE(next.is_last);
             bytes += next.bytes.size();
@@ -80,6 +79,20 @@ struct StreamingLink {
         }
     }
 
+    // By the client's split: the detail that it is in the model.
+    std::vector<uint32_t> details_by_split() const {
+        std::vector<uint32_t> detail_of(client.nodes().size(), pm::kNone), details;
+        for (uint32_t root = 0; root != served.base_order().size(); ++root)
+            detail_of[root] = served.model().root_split()[served.base_order()[root]];
+        for (uint32_t s = 0; s != client.split_count(); ++s) {
+            const uint32_t node = client.node_of_split(s), detail = detail_of[node];
+            details.push_back(detail);
+            const auto [kept, fresh] = client.children(node);
+            detail_of[kept] = served.model().children()[detail].kept;
+            detail_of[fresh] = served.model().children()[detail].fresh;
+        }
+        return details;
+    }
     pm::Front finest() const {
         pm::Front front(client.hierarchy());
         for (uint32_t s = 0; s != client.split_count(); ++s) {
