@@ -20,7 +20,7 @@ class Answer final : public PacketSource {
     Packet next(uint32_t most_decisions) override;
 
   private:
-    Verdict verdict(uint32_t node) const { return sweep_.verdict(served_.model().bounds(node)); }
+    Verdict verdict(uint32_t node) const { return sweep_.verdict(served_.bounds(node)); }
     bool is_wanted(uint32_t node);
     bool is_parent_wanted(uint32_t node) const;
     void decide(RangeEncoder& encoder, uint32_t node, uint16_t& check);

@@ -222,10 +222,6 @@ void Model::check_contents() const {
     });
 }
 
-glm::dvec3 unit_from_lattice(const glm::u32vec3& lattice, const Header& header) {
-    return glm::dvec3(lattice) / header.steps();
-}
-
 glm::dvec3 unit_from_single(const glm::vec3& position, const Header& header) {
     return (glm::dvec3(position) - header.placement.low) / header.placement.extent;
 }

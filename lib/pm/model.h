@@ -4,6 +4,7 @@
 // are there.  Opening reads all but the positions, at some gigabytes a second.  Threads may share a model.
 #pragma once
 
+#include <bit>
 #include <glm/glm.hpp>
 #include <span>
 #include <string>
@@ -95,7 +96,16 @@ class Model {
 };
 
 // Unit space from what a file or a packet holds, the same bits on both sides.
-glm::dvec3 unit_from_lattice(const glm::u32vec3& lattice, const Header& header);
+inline glm::dvec3 unit_from_lattice(const glm::u32vec3& lattice, const Header& header) {
+    return glm::dvec3(lattice) / header.steps();
+}
 glm::dvec3 unit_from_single(const glm::vec3& position, const Header& header);
+// Of either, as Model::exact_position() has it.
+inline glm::dvec3 unit_from_exact(const glm::u32vec3& position, const Header& header) {
+    if (!header.is_lossless()) return unit_from_lattice(position, header);
+    return unit_from_single({std::bit_cast<float>(position.x), std::bit_cast<float>(position.y),
+                             std::bit_cast<float>(position.z)},
+                            header);
+}
 
 }  // namespace pm

@@ -1,7 +1,6 @@
 #include "pm/replica.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "core/error.h"
 
@@ -18,12 +17,7 @@ Replica::Replica(const Header& header, std::vector<VertexData> vertices, std::ve
 
 void Replica::add_vertex(const VertexData& data) {
     vertices_.push_back(data);
-    const glm::u32vec3& p = data.position;
-    unit_.push_back(
-        header_.is_lossless()
-            ? unit_from_single(
-                  {std::bit_cast<float>(p.x), std::bit_cast<float>(p.y), std::bit_cast<float>(p.z)}, header_)
-            : unit_from_lattice(p, header_));
+    unit_.push_back(unit_from_exact(data.position, header_));
     vertex_node_.push_back(kNone);
 }
 

@@ -48,7 +48,7 @@ class SentTree {
     }
     uint8_t error_code(uint32_t n) const { return served_.model().error_code(n); }
     NodeBounds bounds(uint32_t n) const {  // with its cone, if that was sent
-        NodeBounds bounds = served_.model().bounds(n);
+        NodeBounds bounds = served_.bounds(n);
         if (!knows_cone(n)) bounds.cone = {};
         return bounds;
     }

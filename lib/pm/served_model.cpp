@@ -21,6 +21,12 @@ ServedModel::ServedModel(Model model) : model_(std::move(model)) {
     bare_base_packet_ = encode_base(header, bare);
     RingMesh(header.base_vertices, base_.faces);  // is it one?
     faces_ = FaceIndex(model_, base_order_);
+    bounds_.reserve(model_.details());
+    for (uint32_t d = 0; d != model_.details(); ++d) {
+        const ConeCodes cone = model_.cone(d);
+        bounds_.push_back({model_.exact_position(model_.hierarchy().kept[d]), model_.error_code(d),
+                           model_.radius_code(d), cone.axis, cone.angle});
+    }
 }
 
 namespace {

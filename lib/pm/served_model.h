@@ -30,13 +30,26 @@ class ServedModel {
     std::span<const uint32_t> base_order() const { return base_order_; }
     const FaceIndex& faces() const { return faces_; }
 
+    // Those of the model, but together in memory: views look at a hundred times as many nodes as they split.
+    NodeBounds bounds(uint32_t detail) const {
+        const Bounds& b = bounds_[detail];
+        return {unit_from_exact(b.position, model_.header()), b.error, b.radius, {b.axis, b.angle}};
+    }
+
     VertexData vertex_data(uint32_t vertex) const;
     ChildData child_data(uint32_t split_by) const;  // of the node that a detail splits; kNone: a leaf
 
   private:
+    struct Bounds {
+        glm::u32vec3 position;
+        uint8_t error, radius;
+        uint16_t axis;
+        uint8_t angle;
+    };
     void order_base();
 
     Model model_;
+    std::vector<Bounds> bounds_;  // by detail
     std::vector<uint32_t> base_order_;
     BaseMesh base_;
     std::vector<std::byte> base_packet_, bare_base_packet_;
