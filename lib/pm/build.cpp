@@ -42,7 +42,9 @@ class Builder {
         SimplifyResult simplified = simplify(positions_, surface_.faces, {options_.flip_test}, progress);
         report_.passes = simplified.passes;
         report_.refused_links = simplified.refused_links, report_.refused_flips = simplified.refused_flips;
-        lap("simplify");
+        watch_.lap_ms();
+        report_.stage_ms.emplace_back("collapse", simplified.collapse_ms);
+        report_.stage_ms.emplace_back("support", simplified.support_ms);
         const Details details =
             make_details(positions_, surface_.faces, std::move(simplified), header().flags & kOpenSurface);
         count(details);

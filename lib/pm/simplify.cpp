@@ -8,6 +8,7 @@
 
 #include "core/parallel.h"
 #include "core/parallel_sort.h"
+#include "core/stopwatch.h"
 #include "pm/bounds.h"
 #include "pm/format.h"
 #include "pm/quadric.h"
@@ -85,8 +86,11 @@ class Simplifier {
     }
 
     SimplifyResult run(const std::function<void(uint64_t)>& progress) {
+        core::Stopwatch watch;
         rings_.build(result_.faces, live_faces_, live_vertices_, positions_.size());
+        result_.collapse_ms += watch.lap_ms();
         supports_.emplace(positions_, result_.faces.size(), rings_);
+        result_.support_ms += watch.lap_ms();
         set_quadrics();
         if (options_.flip_test) set_input_normals();
         prepare();
@@ -99,7 +103,9 @@ class Simplifier {
             ++result_.passes;
             compact();
             rings_.build(result_.faces, live_faces_, live_vertices_, positions_.size());
+            result_.collapse_ms += watch.lap_ms();
             measure_from(first);
+            result_.support_ms += watch.lap_ms();
             if (progress) progress(result_.collapses.size());
         }
         result_.base_faces = std::move(live_faces_);
