@@ -2,7 +2,7 @@
 // it and two elsewhere.  Those of them that a client has are the faces about the node's vertex, so a server
 // finds a ring of the client's mesh without keeping the mesh.
 //
-// Some 25 bytes a face of the input, made in a fraction of a second for a million.
+// Some 30 bytes a face of the input, made in a fraction of a second for a million.
 #pragma once
 
 #include <cstdint>

@@ -126,6 +126,16 @@ class Progressive:
         self.goal("progressive mesh, share of the surface within 1.1 tolerances, worst view", "1", 0.999, None,
                   min(view["within_1_1"] for view in views), True)
         self.goal("progressive mesh, faces folded over at a random half", "1", 0.05, None, lines[-1]["folded"])
+        self.measure_folds(lines[-1])
+
+    def measure_folds(self, with_test):
+        """Faces turned by more than 90 degrees from the input's where half of all splits, at random, are done."""
+        model = self.folder / "unchecked.pm"
+        run(self.bench.program("pm-build"), self.bench.mesh, "-o", model, "--no-flip-test", "--quiet")
+        without = json.loads(read(self.bench.program("pm_fronts"), model, "1").splitlines()[-1])
+        self.bench.tables.write("pm-folds", "faces folded over at a random front of half the splits, by the flip test of pm-build", [
+            {"flip_test": word, "splits": line["splits"], "moved_faces": line["moved_faces"], "folded": line["folded"]}
+            for word, line in (("on", with_test), ("off", without))])
 
     # ---- the paper's section 6.3 ----
 

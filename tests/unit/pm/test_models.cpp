@@ -162,6 +162,13 @@ mesh::Mesh crossed_sheets(int across) {
     return mesh;
 }
 
+// Closed but for a triangle: its boundary is a loop of three edges.
+mesh::Mesh pierced_ball() {
+    mesh::Mesh mesh = splat_test::icosphere(2);
+    mesh.triangles.pop_back();
+    return mesh;
+}
+
 std::vector<NamedMesh> all_shapes() {
     using namespace splat_test;
     mesh::Mesh equal = icosphere(1);
@@ -170,6 +177,7 @@ std::vector<NamedMesh> all_shapes() {
             {"one triangle", one_triangle()},
             {"two triangles", two_triangles()},
             {"icosphere", icosphere(2)},
+            {"a hole of three", pierced_ball()},
             {"torus", bumpy_torus(12, 30, true)},
             {"terrain", terrain(15)},
             {"needles", needle_fan(40)},

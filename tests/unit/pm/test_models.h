@@ -43,6 +43,7 @@ struct NamedMesh {
 std::vector<NamedMesh> all_shapes();
 
 mesh::Mesh one_triangle();
+mesh::Mesh pierced_ball();
 mesh::Mesh bow_tie();        // two tetrahedra with one vertex in common
 mesh::Mesh book(int pages);  // triangles about one edge
 mesh::Mesh strip(int triangles);
