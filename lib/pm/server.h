@@ -24,7 +24,7 @@ struct ServerOptions {
 
 // Answers that are not at their end and wait for their next turn.  More would take memory, and save little:
 // an answer begins again at the cost of a small part of a packet for each thousand splits that were sent.
-constexpr size_t kMostUnfinished = 4;
+constexpr size_t kMostUnfinished = 2;
 
 // A model and the name that clients know it by.
 struct CatalogueEntry {
