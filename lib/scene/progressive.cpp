@@ -65,8 +65,7 @@ class ServerSource final : public ProgressiveSource {
         const pm::Replica& replica = follower().state().replica();
         std::vector<geom::Sphere> spheres;
         for (uint32_t v = 0; v != replica.vertex_count() - replica.split_count(); ++v)
-            spheres.push_back(
-                sphere_of(replica.header(), replica.bounds(v), replica.node(v).is_leaf));
+            spheres.push_back(sphere_of(replica.header(), replica.bounds(v), replica.node(v).is_leaf));
         return spheres;
     }
     bool has_colour() const override { return follower().state().header().has_colours(); }
