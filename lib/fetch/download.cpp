@@ -38,7 +38,8 @@ class Downloads::Answer : public RangeSink {
 
     void head(const RangeHead& head) override {
         const double now = net::steady_seconds();
-        link().answer_began(now, now - sent_);
+        has_begun_ = true;
+        link().answer_began(now, now - sent_ - head.set_up_s, head.header_bytes);
         if (download_->is_over_) return;
         const bool is_first = !download_->entry_;
         download_->take_head(head);
@@ -53,7 +54,7 @@ class Downloads::Answer : public RangeSink {
     }
 
     void end(const RangeEnd& end) override {
-        link().request_ended(net::steady_seconds(), left_);
+        link().request_ended(net::steady_seconds(), left_, has_begun_);
         --download_->server_.requests;
         if (end.streams > 0) download_->server_.streams = end.streams;
         --download_->requests_;
@@ -128,6 +129,7 @@ class Downloads::Answer : public RangeSink {
     uint64_t last_;
     bool is_check_;
     double sent_;
+    bool has_begun_ = false;
     bool is_given_up_ = false;     // the store does not take it
     std::vector<std::byte> part_;  // of a block
 };
@@ -167,11 +169,8 @@ bool Download::start_next() {
         start_check();
         return true;
     }
-    // Within the window, or on a slow link one request of several blocks would be half as much again.
-    const uint64_t window = server_.link.window_bytes(), in_flight = server_.link.in_flight_bytes();
-    const uint64_t room = window - std::min(window, in_flight);
     const auto blocks = [&](uint64_t bytes) {
-        return uint32_t(std::max<uint64_t>(1, std::min(room, bytes) / entry_->block_bytes()));
+        return uint32_t(std::max<uint64_t>(1, bytes / entry_->block_bytes()));
     };
     const BlockRange range =
         queue_.take({blocks(server_.link.request_bytes(server_.streams)), server_.link.join_factor(),

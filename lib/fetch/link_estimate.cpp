@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "fetch/block_map.h"
+
 namespace fetch {
 
 namespace {
@@ -13,9 +15,12 @@ constexpr double kGain = 1.25;       // in one window; a link whose rate grows l
 constexpr int kWindowsAtStart = 3;
 constexpr double kRateMemory = 1.0, kRoundTripMemory = 10.0;  // seconds
 constexpr double kShortestWindow = 0.002;                     // below that, a rate is noise
-constexpr uint64_t kFloor = 3 * 1024;    // fewer do not fill a slow link, for their headers
-constexpr uint64_t kJoined = 16 * 1024;  // the order is kept up to here
-constexpr double kMostSecondsARequest = 0.05;
+constexpr uint64_t kLeastWindow = 8 * 1024;                   // bytes; and of fewer
+constexpr double kUnknown = 3 * 1024;                         // in flight, while nothing is known of a link
+constexpr uint64_t kJoined = 16 * 1024;                       // the order is kept up to here
+// Two requests that are under way, and then the first block of a new view, come within 1.5 round trips and
+// 100 ms.
+constexpr double kMostSecondsARequest = 0.04, kMostRoundTripsARequest = 0.25;
 // On a fast link requests cost more than order: 10 ms of it are a delay that nobody sees.
 constexpr double kFewSecondsARequest = 0.01;
 constexpr uint64_t kMostRequest = 1 << 20;
@@ -28,6 +33,7 @@ constexpr double kShortestProduct = 0.002;
 void LinkEstimate::request_sent(double now, uint64_t bytes) {
     if (in_flight_ == 0) busy_since_ = now;
     in_flight_ += bytes;
+    ++headers_in_flight_;
 }
 
 void LinkEstimate::land(double now, uint64_t bytes) {
@@ -38,14 +44,18 @@ void LinkEstimate::land(double now, uint64_t bytes) {
 }
 
 void LinkEstimate::note_drained(double now) {
-    if (is_probing_ && drained_at_ < 0 && in_flight_ <= window_bytes()) drained_at_ = now;
+    if (is_probing_ && drained_at_ < 0 && in_flight_bytes() <= window_bytes()) drained_at_ = now;
 }
 
 double LinkEstimate::busy_s(double now) const {
     return busy_before_ + (in_flight_ > 0 ? now - busy_since_ : 0);
 }
 
-void LinkEstimate::answer_began(double now, double after_s) {
+void LinkEstimate::answer_began(double now, double after_s, uint64_t header_bytes) {
+    if (headers_in_flight_ > 0) --headers_in_flight_;
+    header_bytes_ = header_bytes;
+    window_bytes_came_ += header_bytes;
+    note_drained(now);
     if (!round_trips_.empty() && after_s > kQueued * round_trip_s()) has_queued_ = true;
     const bool ends_probe = is_probing_ && drained_at_ >= 0 && now - after_s >= drained_at_;
     if (ends_probe) {
@@ -77,10 +87,12 @@ void LinkEstimate::bytes_came(double now, uint64_t bytes) {
     if (is_start()) note_start(now, bytes);
     land(now, bytes);
     window_bytes_came_ += bytes;
-    if (busy_s(now) >= std::max(kShortestWindow, round_trip_s())) end_window(now);
+    if (busy_s(now) >= std::max(kShortestWindow, round_trip_s()) && window_bytes_came_ >= kLeastWindow)
+        end_window(now);
 }
 
-void LinkEstimate::request_ended(double now, uint64_t missing) {
+void LinkEstimate::request_ended(double now, uint64_t missing, bool has_begun) {
+    if (!has_begun && headers_in_flight_ > 0) --headers_in_flight_;
     land(now, missing);
 }
 
@@ -111,19 +123,25 @@ double LinkEstimate::round_trip_s() const {
     return round_trips_.empty() ? 0 : round_trips_.front().value;
 }
 
+double LinkEstimate::product_s() const {
+    return std::max(round_trip_s(), kShortestProduct);
+}
+
 uint64_t LinkEstimate::window_bytes() const {
-    const double round_trip = std::max(round_trip_s(), kShortestProduct);
-    const double products = is_probing_ ? kProductsOfProbe : is_start() ? kProductsAtStart : kProducts;
-    double window = products * rate_ * round_trip;
+    if (is_probing_) return uint64_t(kProductsOfProbe * rate_ * product_s());
+    double window = (is_start() ? kProductsAtStart : kProducts) * rate_ * product_s();
     if (is_start())
-        window = std::max(window, std::min(start_window_, kProductsAtStart * burst_rate_ * round_trip));
-    return std::max(kFloor, uint64_t(window));
+        window = std::max(window, std::min(start_window_, kProductsAtStart * burst_rate_ * product_s()));
+    // One block is on its way to us while the next one's request is on its way to the server.
+    const double least = rate_ > 0 ? rate_ * product_s() + double(kBlockBytes + header_bytes_) : kUnknown;
+    return uint64_t(std::max(least, window));
 }
 
 uint64_t LinkEstimate::request_bytes(unsigned streams) const {
     const auto share = double(share_bytes(streams));
     const double few = std::max({double(kJoined), kFewSecondsARequest * rate_, share});
-    return std::min(kMostRequest, uint64_t(std::min(few, std::max(kMostSecondsARequest * rate_, share))));
+    const double longest = (kMostSecondsARequest + kMostRoundTripsARequest * round_trip_s()) * rate_;
+    return std::min(kMostRequest, uint64_t(std::min(few, std::max(longest - double(header_bytes_), share))));
 }
 
 float LinkEstimate::join_factor() const {

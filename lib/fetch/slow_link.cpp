@@ -16,6 +16,11 @@ void SlowLink::connect(long connection, int round_trips) {
     connections_[connection] = made;
 }
 
+double SlowLink::until_open_s(long connection) const {
+    const auto found = connections_.find(connection);
+    return found == connections_.end() ? 0 : std::max(0.0, found->second.open_at - net::steady_seconds());
+}
+
 double SlowLink::after_round_trips(Connection& connection, uint64_t bytes, double now) const {
     double ready = std::max({std::max(now, connection.open_at) + round_trip_s_, connection.last});
     if (connection.window == 0) connection.window = kFirstWindow;

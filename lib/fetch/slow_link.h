@@ -28,6 +28,7 @@ class SlowLink {
     bool is_slow() const { return bytes_per_s_ > 0 || round_trip_s_ > 0; }
     // A connection has been made that takes so many round trips, in place of an earlier one of this number.
     void connect(long connection, int round_trips);
+    double until_open_s(long connection) const;
     // Runs `arrive` when so many bytes of an answer, to a request that is sent now, have passed, after all
     // that passes on this connection before.
     void pass(long connection, uint64_t bytes, std::function<void()> arrive);

@@ -87,6 +87,7 @@ struct Transport::Transfer {
     double last_byte = net::steady_seconds();
     net::EventLoop::TimerId stall_timer = 0;
     long connection = 0;  // its number for the slow link; 0: there is none yet
+    double set_up_s = 0;
     bool is_judged = false, is_accepted = false, is_length_sure = false;
     bool may_follow = true;       // redirects
     std::vector<std::byte> held;  // of a body whose length is not sure before its end
@@ -292,6 +293,9 @@ void Transport::Transfer::find_connection() {
     curl_easy_getinfo(easy, CURLINFO_LOCAL_PORT, &connection);
     curl_easy_getinfo(easy, CURLINFO_NUM_CONNECTS, &made);
     if (made > 0) transport.link.connect(connection, request.url.starts_with("https:") ? 2 : 1);
+    curl_off_t before_us = 0;
+    curl_easy_getinfo(easy, CURLINFO_PRETRANSFER_TIME_T, &before_us);
+    set_up_s = double(before_us) / 1e6 + transport.link.until_open_s(connection);
 }
 
 void Transport::Transfer::judge_header() {
@@ -308,7 +312,8 @@ void Transport::Transfer::judge_header() {
     if (fields.status / 100 == 3 && !may_follow)
         end.reason += "; no redirect is followed where --headers has a line";
     if (!is_accepted) return;
-    const RangeHead head{fields.content_range->total, fields.validator, fields.content_range->last};
+    const RangeHead head{fields.content_range->total, fields.validator, fields.content_range->last,
+                         header_bytes, set_up_s};
     transport.link.pass(connection, header_bytes, [to = sink, head] { to->head(head); });
 }
 

@@ -20,7 +20,9 @@ namespace fetch {
 struct RangeHead {
     uint64_t total = 0;
     Validator validator;
-    uint64_t last = 0;  // what comes; a server may send less than it was asked for
+    uint64_t last = 0;          // what comes; a server may send less than it was asked for
+    uint64_t header_bytes = 0;  // as it would be without HTTP/2
+    double set_up_s = 0;  // what went by before the request was on its way: connecting, and waiting for that
 };
 
 // Gets an answer, in turn: head() once, bytes() in the order of the file and never more than head().last
