@@ -57,6 +57,7 @@ class Downloads::Answer : public RangeSink {
         link().request_ended(net::steady_seconds(), left_, has_begun_);
         --download_->server_.requests;
         if (end.streams > 0) download_->server_.streams = end.streams;
+        if (end.connections > 0) link().set_connections(end.connections);
         --download_->requests_;
         if (is_check_) {
             if (!download_->is_over_) download_->take_check_end(end);

@@ -9,9 +9,12 @@ namespace fetch {
 namespace {
 
 constexpr double kProducts = 1.5, kProductsAtStart = 2.5, kProductsOfProbe = 0.5;
-constexpr double kBurst = 2 * 1024;  // bytes that tell how fast the first ones came
-constexpr double kQueued = 1.5;      // round trips until an answer comes that waits behind others
-constexpr double kGain = 1.25;       // in one window; a link whose rate grows less, three times, is full
+constexpr double kFirstSegments = 10 * 1460;  // of a TCP connection, in its first round trip (RFC 6928)
+// Bytes of these that tell how fast a link carries them, more or less.
+constexpr double kBurst = 8 * 1024, kLeastBurst = 2 * 1024;
+constexpr double kShortestBurst = 1e-4;  // seconds
+constexpr double kQueued = 1.5;          // round trips until an answer comes that waits behind others
+constexpr double kGain = 1.25;           // in one window; a link whose rate grows less, three times, is full
 constexpr int kWindowsAtStart = 3;
 constexpr double kRateMemory = 1.0, kRoundTripMemory = 10.0;  // seconds
 constexpr double kShortestWindow = 0.002;                     // below that, a rate is noise
@@ -31,7 +34,10 @@ constexpr double kShortestProduct = 0.002;
 }  // namespace
 
 void LinkEstimate::request_sent(double now, uint64_t bytes) {
-    if (in_flight_ == 0) busy_since_ = now;
+    if (in_flight_ == 0) {
+        busy_since_ = now;
+        if (burst_bytes_ < kBurst) burst_began_ = -1, burst_bytes_ = 0;
+    }
     in_flight_ += bytes;
     ++headers_in_flight_;
 }
@@ -55,6 +61,7 @@ void LinkEstimate::answer_began(double now, double after_s, uint64_t header_byte
     if (headers_in_flight_ > 0) --headers_in_flight_;
     header_bytes_ = header_bytes;
     window_bytes_came_ += header_bytes;
+    if (burst_began_ < 0) burst_began_ = now;
     note_drained(now);
     if (!round_trips_.empty() && after_s > kQueued * round_trip_s()) has_queued_ = true;
     const bool ends_probe = is_probing_ && drained_at_ >= 0 && now - after_s >= drained_at_;
@@ -75,12 +82,16 @@ bool LinkEstimate::is_start() const {
 }
 
 void LinkEstimate::note_start(double now, uint64_t bytes) {
-    start_window_ += double(bytes);
+    start_bytes_ += double(bytes);
+    if (burst_bytes_ >= kBurst) return;
     burst_bytes_ += double(bytes);
-    if (burst_began_ < 0)
-        burst_began_ = now;
-    else if (burst_rate_ == 0 && burst_bytes_ >= kBurst)
-        burst_rate_ = burst_bytes_ / std::max(1e-4, now - burst_began_);
+    if (burst_bytes_ >= kLeastBurst)
+        burst_rate_ = burst_bytes_ / std::max(kShortestBurst, now - burst_began_);
+}
+
+double LinkEstimate::start_window() const {
+    const double of_tcp = connections_ * kFirstSegments + start_bytes_;
+    return std::min(of_tcp, kProductsAtStart * burst_rate_ * product_s());
 }
 
 void LinkEstimate::bytes_came(double now, uint64_t bytes) {
@@ -130,8 +141,7 @@ double LinkEstimate::product_s() const {
 uint64_t LinkEstimate::window_bytes() const {
     if (is_probing_) return uint64_t(kProductsOfProbe * rate_ * product_s());
     double window = (is_start() ? kProductsAtStart : kProducts) * rate_ * product_s();
-    if (is_start())
-        window = std::max(window, std::min(start_window_, kProductsAtStart * burst_rate_ * product_s()));
+    if (is_start()) window = std::max(window, start_window());
     // One block is on its way to us while the next one's request is on its way to the server.
     const double least = rate_ > 0 ? rate_ * product_s() + double(kBlockBytes + header_bytes_) : kUnknown;
     return uint64_t(std::max(least, window));

@@ -11,9 +11,9 @@
 // round trip is seen: every 10 s half a product is left in flight until one is.  (Without that the window
 // grew by a half every 10 s.)
 //
-// Bytes are those on the wire: to a slow link the header of an answer is a quarter of a block.  On such a link
-// the product and one more block are enough, however short the way is.  (With three blocks at least, and bodies
-// alone counted, a new view's first block came after 163 ms instead of 114 at 384 kbit/s and 40 ms.)
+// Bytes are those on the wire: to a slow link the header of an answer is a quarter of a block.  On such a
+// link the product and one more block are enough, however short the way is.  (With three blocks at least, and
+// bodies alone counted, a new view's first block came after 163 ms instead of 114 at 384 kbit/s and 40 ms.)
 #pragma once
 
 #include <cstdint>
@@ -30,6 +30,9 @@ class LinkEstimate {
     void bytes_came(double now, uint64_t bytes);
     // The request is over; so many of its bytes did not come, nor the header perhaps.
     void request_ended(double now, uint64_t missing, bool has_begun);
+
+    // So many will be used, over which requests are spread.
+    void set_connections(unsigned connections) { connections_ = connections; }
 
     // There is room in the window, and nothing to fill it with, or no connection for it.
     void left_unfilled() { unfilled_windows_ = 2; }
@@ -57,6 +60,7 @@ class LinkEstimate {
     void end_window(double now);
     void note_drained(double now);
     void note_start(double now, uint64_t bytes);
+    double start_window() const;
     bool is_start() const;
 
     uint64_t in_flight_ = 0;          // of bodies
@@ -73,9 +77,11 @@ class LinkEstimate {
     bool has_queued_ = false;       // in this one an answer waited behind others
     double best_rate_ = 0;          // since the start
     int windows_without_gain_ = 0;  // at the start
-    // At the start the window grows by what comes, as TCP's does, on links on which the first bytes, once
-    // they came, came fast: a rate over whole round trips says little while most of each is spent waiting.
-    double start_window_ = 0, burst_began_ = -1, burst_bytes_ = 0, burst_rate_ = 0;
+    // At the start the window is that of TCP on all connections, which grows by what comes, on links on which
+    // the first bytes, once they came, came fast: a rate over whole round trips says little while most of
+    // each is spent waiting.
+    unsigned connections_ = 1;
+    double start_bytes_ = 0, burst_began_ = -1, burst_bytes_ = 0, burst_rate_ = 0;
 };
 
 }  // namespace fetch

@@ -388,9 +388,10 @@ void Transport::Transfer::finish(CURLcode code) {
     }
     long version = 0;
     curl_easy_getinfo(easy, CURLINFO_HTTP_VERSION, &version);
-    if (version != 0)
-        end.streams =
-            version >= CURL_HTTP_VERSION_2_0 ? transport.options.streams : transport.options.connections;
+    if (version >= CURL_HTTP_VERSION_2_0)
+        end.streams = transport.options.streams, end.connections = 1;
+    else if (version != 0)
+        end.streams = end.connections = transport.options.connections;
     transport.counts.header_bytes += header_bytes;
     // A refusal passes the link too, or it would come before what was asked for earlier.
     transport.link.pass(connection, is_accepted ? 0 : header_bytes,

@@ -43,6 +43,7 @@ struct RangeEnd {
     std::string reason;         // without the URL: "server answered 404"; empty for done
     double retry_after_s = -1;  // what the server asked for; negative: nothing
     unsigned streams = 0;       // requests that may run on the server's connections at a time; 0: not known
+    unsigned connections = 0;   // that these are spread over; 0: not known
 };
 
 struct Judgement {

@@ -8,8 +8,8 @@ namespace scene {
 
 namespace {
 
-// Of the requests of a server that are under way at a time a gap may take this part of one; see close_gaps().
-constexpr double kGapParts = 24;
+// Of what is in flight a gap may take this part: a sixth of one of six requests; see close_gaps().
+constexpr double kGapParts = 36;
 constexpr float kLast = 1e-30f;  // a priority below those of all that is seen
 // A longer wait than this is cut into several, so that a stream that lost its daemon notices.
 constexpr double kLongestWait_s = 1;
@@ -174,17 +174,16 @@ std::vector<BlockRequest> Stream::within_budget(std::vector<BlockRequest> reques
 }
 
 // A gap costs what it takes to bring it; a request more, a round trip on one of a few connections.  (With
-// HTTP/2, and where links are slow or short, products are small and so are the gaps.)
+// HTTP/2, and where links are slow or short, little is in flight and gaps are small.)
 void Stream::close_gaps(std::vector<BlockRequest>& requests) const {
-    const BlockFetcher::Counters link = fetcher_.counters();
-    const double product = link.bytes_per_s * link.round_trip_s;
+    const auto window = double(fetcher_.counters().window_bytes);
     std::vector<Block> asked;
     for (const BlockRequest& r : requests) asked.emplace_back(r.model, r.block);
     std::sort(asked.begin(), asked.end());
     for (size_t i = 1; i < asked.size(); ++i) {
         const auto& [model, end] = asked[i];
         const uint64_t begin = asked[i - 1].second + 1;
-        const double widest = product / kGapParts / double(models_[model].model->mean_block_bytes());
+        const double widest = window / kGapParts / double(models_[model].model->mean_block_bytes());
         if (asked[i - 1].first != model || begin >= end || double(end - begin) > widest) continue;
         for (uint64_t b = begin; b < end; ++b)
             if (!is_there({model, b})) requests.push_back({model, b, kLast});
@@ -194,8 +193,7 @@ void Stream::close_gaps(std::vector<BlockRequest>& requests) const {
 // What is below a block is known once it is there, and until then a long link would stand idle: what it
 // carries in a round trip is filled up from the beginning of the file, which is coarse to fine.
 void Stream::fill_link(std::vector<BlockRequest>& requests) {
-    const BlockFetcher::Counters link = fetcher_.counters();
-    const double product = link.bytes_per_s * link.round_trip_s;
+    const auto window = double(fetcher_.counters().window_bytes);
     std::set<Block> asked;
     double bytes = 0;
     const auto is_new = [&](const BlockRequest& r) {
@@ -205,7 +203,7 @@ void Stream::fill_link(std::vector<BlockRequest>& requests) {
     };
     for (const BlockRequest& r : requests) is_new(r);
     for (const BlockRequest& r : requests_for_rest()) {
-        if (bytes >= product) return;
+        if (bytes >= window) return;
         if (is_new(r)) requests.push_back({r.model, r.block, kLast});
     }
 }

@@ -14,6 +14,7 @@ from .programs import read
 
 RATES = {"384 kbit/s": ("384k", 384e3 / 8), "8 Mbit/s": ("8M", 8e6 / 8), "100 Mbit/s": ("100M", 100e6 / 8)}
 ROUND_TRIPS_MS = [5, 40, 150]
+FIRST_WINDOW = 10 * 1460  # bytes of a TCP connection's first round trip (RFC 6928)
 NGINX = """
 daemon off; worker_processes 1; pid {folder}/nginx.pid; error_log {folder}/nginx.log; {user}
 events {{}}
@@ -32,6 +33,15 @@ class Link:
         self.rate, self.bytes_per_s = RATES[rate_name]
         self.round_trip_s = round_trip_ms / 1000
         self.name = f"{rate_name} {round_trip_ms} ms"
+
+    def seconds_for(self, size):
+        """To carry so many bytes on one new connection, as TCP begins."""
+        seconds, window = 2 * self.round_trip_s, FIRST_WINDOW
+        while size > window and window < self.bytes_per_s * self.round_trip_s:
+            size -= window
+            seconds += self.round_trip_s
+            window *= 2
+        return seconds + size / self.bytes_per_s
 
     def daemon_options(self):
         return ["--limit-rate", self.rate, "--delay", f"{self.round_trip_ms}ms"]
@@ -104,7 +114,7 @@ def status(bench, cache):
 
 class Relay:
     """Carries TCP connections to a port, their answers as slowly as a link: at its rate, a round trip late, and a new
-    connection's another round trip."""
+    connection's another round trip; it begins as slowly as over the link in qs-fetch (slow_link.h)."""
 
     def __init__(self, link, port):
         self.link, self.to = link, port
@@ -134,9 +144,18 @@ class Relay:
                 client.sendall(data)
 
     def read(self, server, opened, waiting):
+        window, in_round, round_began, ready = FIRST_WINDOW, 0, 0.0, 0.0
         with contextlib.suppress(OSError):
-            while data := server.recv(16384):
-                waiting.put((max(time.monotonic(), opened) + self.link.round_trip_s, data))
+            while data := server.recv(1460):
+                ready = max(max(time.monotonic(), opened) + self.link.round_trip_s, ready)
+                next_round = round_began + self.link.round_trip_s
+                if ready >= next_round or in_round + len(data) > window:
+                    ready = max(ready, next_round)
+                    if 2 * (in_round + len(data)) > window:
+                        window *= 2
+                    round_began, in_round = ready, 0
+                in_round += len(data)
+                waiting.put((ready, data))
         waiting.put(None)
 
 

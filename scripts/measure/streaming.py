@@ -150,8 +150,7 @@ class Streaming:
             psnr[size] = self.psnr(picture, reference)
         for link in self.links:
             for size in sizes:
-                self.rows.append(self.row_of_yardstick(link, IN_FILE_ORDER, size, psnr[size],
-                                                       2 * link.round_trip_s + size / link.bytes_per_s))
+                self.rows.append(self.row_of_yardstick(link, IN_FILE_ORDER, size, psnr[size], link.seconds_for(size)))
             self.rows.append(self.row_of_yardstick(link, BY_CURL, len(whole), psnr[len(whole)], self.curl_s[link.name]))
 
     @staticmethod

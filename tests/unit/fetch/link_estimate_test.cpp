@@ -10,6 +10,7 @@ namespace {
 using fetch::LinkEstimate;
 
 constexpr uint64_t kHeader = 280;  // of an answer, as nginx sends it
+constexpr uint64_t kFirst = 13 * 1024;
 
 // A link that carries packets one after the other at a rate, and a client that keeps as much in flight as the
 // estimate says.
@@ -20,6 +21,11 @@ class Carrier {
 
     double now() const { return now_; }
     double seconds_at_the_rate() const { return double(sent_) / bytes_per_s_; }  // for all so far
+    // The first request of all.
+    void begin() {
+        send(kFirst);
+        while (!packets_.empty()) land();
+    }
     // Returns when all has come.
     double carry(uint64_t total) {
         while (total > 0 || !packets_.empty()) {
@@ -151,6 +157,26 @@ TEST(LinkEstimate, FillsALongFastLinkInFewRoundTrips) {
     LinkEstimate link;
     constexpr double kRate = 100e6 / 8, kRoundTrip = 0.15;
     EXPECT_LT(carry(link, kRate, kRoundTrip, 2'400'000), 2.4e6 / kRate + 11 * kRoundTrip);
+}
+
+// Each of them begins with ten segments; but a slow link is not filled with what they could bring.
+TEST(LinkEstimate, BeginsAsTcpDoesOnAllItsConnections) {
+    constexpr double kTcp = 6 * 14600 + kFirst;
+    for (const Link& is : kLinks) {
+        LinkEstimate link;
+        Carrier carrier(link, is.bytes_per_s, is.round_trip_s);
+        carrier.begin();
+        link.set_connections(6);
+        const double products = 2.5 * (is.bytes_per_s * is.round_trip_s + kHeader);
+        EXPECT_NEAR(double(link.window_bytes()), std::min(kTcp, products), 0.02 * kTcp)
+            << is.bytes_per_s << " B/s, " << is.round_trip_s << " s";
+    }
+    LinkEstimate link;
+    constexpr double kRate = 100e6 / 8, kRoundTrip = 0.15;
+    Carrier carrier(link, kRate, kRoundTrip);
+    carrier.begin();
+    link.set_connections(6);
+    EXPECT_LT(carrier.carry(2'400'000), 2.4e6 / kRate + 7 * kRoundTrip);
 }
 
 // After a change of view: 1.5 round trips, and 100 ms for what is in flight and the block itself.

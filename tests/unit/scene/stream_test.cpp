@@ -65,7 +65,7 @@ class Bringer : public scene::BlockFetcher {
         const splat::FoundPlace next = model_.next_bytes(request.block);
         return next.place.size + (next.is_block ? 0 : splat::kMostPageBytes + splat::kMinBlockSize);
     }
-    Counters counters() override { return {bytes_, 0, round_trip_s, bytes_per_s}; }
+    Counters counters() override { return {bytes_, 0, round_trip_s, window_bytes}; }
     uint64_t bytes() const { return bytes_; }
     // Of the last time, in order.
     std::vector<uint64_t> asked_blocks() const {
@@ -74,7 +74,8 @@ class Bringer : public scene::BlockFetcher {
         return blocks;
     }
 
-    double round_trip_s = 0, bytes_per_s = 0;
+    double round_trip_s = 0;
+    uint64_t window_bytes = 0;
 
   private:
     const splat::Model& model_;
@@ -344,9 +345,9 @@ TEST(Stream, FetchesTheRestInIdleTimeUnlessItIsNotTo) {
 TEST(Stream, FillsALongLinkFromTheBeginningOfTheFileUnlessAllIsWaitedFor) {
     const Bytes bytes = build_bytes(bumpy_torus(100, 260));
     const geom::View view = fitted_view(open_model(bytes));
-    const auto asked = [&](double product, bool prefetches, bool settles) {
+    const auto asked = [&](uint64_t window, bool prefetches, bool settles) {
         Arriving arriving(bytes, settles ? 1000 : 0);
-        arriving.bringer.round_trip_s = 0.5, arriving.bringer.bytes_per_s = product / 0.5;
+        arriving.bringer.window_bytes = window;
         scene::StreamOptions options;
         options.prefetches = prefetches;
         scene::ModelPainter painter(arriving.model);
@@ -364,7 +365,7 @@ TEST(Stream, FillsALongLinkFromTheBeginningOfTheFileUnlessAllIsWaitedFor) {
     const std::vector<uint64_t> lacking = asked(0, true, false);
     ASSERT_LT(lacking.size(), 20u);
     // What is lacking comes first; then all there is from the first block that is not there, in order.
-    const std::vector<uint64_t> filled = asked(double(20 * block), true, false);
+    const std::vector<uint64_t> filled = asked(20 * block, true, false);
     ASSERT_EQ(filled.size(), 21u);
     EXPECT_TRUE(std::equal(lacking.begin(), lacking.end() - 1, filled.begin()));
     EXPECT_TRUE(std::is_sorted(filled.begin() + ptrdiff_t(lacking.size()) - 1, filled.end() - 1));
@@ -372,8 +373,8 @@ TEST(Stream, FillsALongLinkFromTheBeginningOfTheFileUnlessAllIsWaitedFor) {
     std::sort(sorted.begin(), sorted.end());
     for (size_t i = 0; i < sorted.size(); ++i) EXPECT_EQ(sorted[i], i + 1);
 
-    EXPECT_EQ(asked(double(20 * block), false, false), lacking);
-    const double no_wider_gaps = 2 * double(block);  // than without
+    EXPECT_EQ(asked(20 * block, false, false), lacking);
+    const uint64_t no_wider_gaps = 2 * block;  // than without
     EXPECT_EQ(asked(no_wider_gaps, true, true), asked(0, true, true));
 }
 
