@@ -102,11 +102,12 @@ void Downloads::pump(Server& server) {
         return;
     }
     while (server.requests < server.streams) {
-        const bool is_full =
-            server.requests > 0 && server.link.in_flight_bytes() >= server.link.window_bytes();
-        if (is_full) return;
+        const auto is_full = [&](uint64_t window) {
+            return server.requests > 0 && server.link.in_flight_bytes() >= window;
+        };
+        if (is_full(server.link.window_bytes())) return;
         Download* const best = best_of(server);
-        if (!best) break;
+        if (!best || (best->urgency() < kIdlePriority && is_full(server.link.idle_window_bytes()))) break;
         best->start_next();
     }
     if (server.link.in_flight_bytes() < server.link.window_bytes()) server.link.left_unfilled();

@@ -142,9 +142,16 @@ uint64_t LinkEstimate::window_bytes() const {
     if (is_probing_) return uint64_t(kProductsOfProbe * rate_ * product_s());
     double window = (is_start() ? kProductsAtStart : kProducts) * rate_ * product_s();
     if (is_start()) window = std::max(window, start_window());
-    // One block is on its way to us while the next one's request is on its way to the server.
-    const double least = rate_ > 0 ? rate_ * product_s() + double(kBlockBytes + header_bytes_) : kUnknown;
-    return uint64_t(std::max(least, window));
+    return uint64_t(std::max(full_bytes(), window));
+}
+
+// One block is on its way to us while the next one's request is on its way to the server.
+double LinkEstimate::full_bytes() const {
+    return rate_ > 0 ? rate_ * product_s() + double(kBlockBytes + header_bytes_) : kUnknown;
+}
+
+uint64_t LinkEstimate::idle_window_bytes() const {
+    return is_start() ? window_bytes() : std::min(window_bytes(), uint64_t(full_bytes()));
 }
 
 uint64_t LinkEstimate::request_bytes(unsigned streams) const {

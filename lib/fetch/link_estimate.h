@@ -38,8 +38,10 @@ class LinkEstimate {
     void left_unfilled() { unfilled_windows_ = 2; }
 
     uint64_t in_flight_bytes() const { return in_flight_ + headers_in_flight_ * header_bytes_; }
-    // A request may be sent while less than so much is in flight.
+    // A request may be sent while less than so much is in flight; one that nobody waits for, while less than
+    // fills the link: then no other waits behind it.
     uint64_t window_bytes() const;
+    uint64_t idle_window_bytes() const;
     // The most bytes of a body that one request should ask for, when `streams` run at a time; and how many it
     // takes at least for these to fill the window.
     uint64_t request_bytes(unsigned streams) const;
@@ -55,6 +57,7 @@ class LinkEstimate {
         double at, value;
     };
     double product_s() const;
+    double full_bytes() const;
     void land(double now, uint64_t bytes);
     double busy_s(double now) const;
     void end_window(double now);

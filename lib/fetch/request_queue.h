@@ -18,6 +18,9 @@ struct Want {
     float priority;  // finite, at least 0; more is sooner
 };
 
+// Nobody waits for what has less than this.
+constexpr float kIdlePriority = 1e-20f;
+
 struct BlockRange {
     uint32_t first, count;
 };

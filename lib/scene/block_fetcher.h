@@ -27,6 +27,7 @@ class BlockFetcher {
     struct Counters {
         uint64_t bytes = 0, requests = 0;  // of the network, since the models were opened, that included
         double round_trip_s = 0;           // 0: not known
+        double bytes_per_s = 0;            // that the link carries, as far as that is known
         uint64_t window_bytes = 0;         // that are in flight where enough is asked for; 0: not known
     };
     virtual Counters counters() = 0;

@@ -122,6 +122,7 @@ struct RemoteModels::State {
         Counters c{status.value("body_bytes", uint64_t(0)), status.value("requests", uint64_t(0))};
         for (const core::Json& server : status.value("servers", core::Json::array())) {
             c.round_trip_s = std::max(c.round_trip_s, server.value("round_trip_ms", 0.0) / 1000);
+            c.bytes_per_s = std::max(c.bytes_per_s, server.value("bytes_per_s", 0.0));
             c.window_bytes = std::max(c.window_bytes, server.value("window_bytes", uint64_t(0)));
         }
         return c;

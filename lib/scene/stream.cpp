@@ -2,15 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 namespace scene {
 
 namespace {
 
-// Of what is in flight a gap may take this part: a sixth of one of six requests; see close_gaps().
-constexpr double kGapParts = 36;
-constexpr float kLast = 1e-30f;  // a priority below those of all that is seen
+// Of the requests of a server that are under way at a time a gap may take this part of one; see close_gaps().
+constexpr double kGapParts = 24;
+// Priorities of what nobody waits for (fetch/request_queue.h): the first of it, and what comes last of all.
+constexpr float kIdle = 1e-24f, kLast = 1e-32f;
+// As much is asked for that nobody waits for, in windows: what is under way, and what fills the link while a
+// picture is drawn.
+constexpr double kWindowsAsked = 2;
 // A longer wait than this is cut into several, so that a stream that lost its daemon notices.
 constexpr double kLongestWait_s = 1;
 constexpr double kWidening = 1.25;       // of what is shown, to what is beside it
@@ -65,6 +70,13 @@ bool is_steady(const Step& a, const Step& b) {
         return glm::length(v - u) <= kSteadiness * std::max(glm::length(u), glm::length(v));
     };
     return alike(a.way, b.way) && alike(a.turn, b.turn);
+}
+
+// In the same order, the most urgent first, once nothing else is to be fetched.
+std::vector<BlockRequest> deferred(std::vector<BlockRequest> requests) {
+    const float first = requests.empty() ? 1 : requests.front().priority;
+    for (BlockRequest& r : requests) r.priority = std::max(2 * kLast, kIdle * (r.priority / first));
+    return requests;
 }
 
 }  // namespace
@@ -138,23 +150,25 @@ std::vector<BlockRequest> Stream::requests_for_rest() {
         const uint64_t end = models_[m].model->blocks_present();
         while (from < end && is_there({m, from})) ++from;
         for (uint64_t b = from; b < end && requests.size() < kRestBlocks; ++b)
-            if (!is_there({m, b})) requests.push_back({m, b, 1});
+            if (!is_there({m, b})) requests.push_back({m, b, kLast});
     }
     return requests;
 }
 
+// Where nothing that is seen is lacking: what is beside it and what is hidden, the most urgent of both first,
+// and then the rest.  (Without what is hidden a picture is not quite that of the whole model: what waits may
+// reach out from behind.)
 std::vector<BlockRequest> Stream::requests_when_idle() {
-    if (views_.empty()) return {};
-    std::vector<BlockRequest> requests = requests_of(find_lacks(wanted_));
-    if (requests.empty() && !are_same(wanted_, views_)) requests = requests_of(find_lacks(views_));
-    if (!requests.empty() || !options_.prefetches) return requests;
+    if (!options_.prefetches) return {};
     std::vector<geom::View> wider;
     for (const geom::View& view : wanted_) wider.push_back(widened(view));
-    requests = requests_of(find_lacks(wider));
-    // Without what is hidden a picture is not quite that of the whole model: what waits may reach out from
-    // behind.
-    if (requests.empty()) requests = requests_for_hidden(find_lacks(views_));
-    return requests.empty() ? requests_for_rest() : requests;
+    std::vector<BlockRequest> requests;
+    std::set<Block> asked;
+    for (const auto& idle : {deferred(requests_of(find_lacks(wider))),
+                             deferred(requests_for_hidden(find_lacks(views_))), requests_for_rest()})
+        std::copy_if(idle.begin(), idle.end(), std::back_inserter(requests),
+                     [&](const BlockRequest& r) { return asked.emplace(r.model, r.block).second; });
+    return requests;
 }
 
 // Batches that are waited for, so that a budget brings the same blocks whatever the link.
@@ -174,16 +188,17 @@ std::vector<BlockRequest> Stream::within_budget(std::vector<BlockRequest> reques
 }
 
 // A gap costs what it takes to bring it; a request more, a round trip on one of a few connections.  (With
-// HTTP/2, and where links are slow or short, little is in flight and gaps are small.)
+// HTTP/2, and where links are slow or short, products are small and so are the gaps.)
 void Stream::close_gaps(std::vector<BlockRequest>& requests) const {
-    const auto window = double(fetcher_.counters().window_bytes);
+    const BlockFetcher::Counters link = fetcher_.counters();
+    const double product = link.bytes_per_s * link.round_trip_s;
     std::vector<Block> asked;
     for (const BlockRequest& r : requests) asked.emplace_back(r.model, r.block);
     std::sort(asked.begin(), asked.end());
     for (size_t i = 1; i < asked.size(); ++i) {
         const auto& [model, end] = asked[i];
         const uint64_t begin = asked[i - 1].second + 1;
-        const double widest = window / kGapParts / double(models_[model].model->mean_block_bytes());
+        const double widest = product / kGapParts / double(models_[model].model->mean_block_bytes());
         if (asked[i - 1].first != model || begin >= end || double(end - begin) > widest) continue;
         for (uint64_t b = begin; b < end; ++b)
             if (!is_there({model, b})) requests.push_back({model, b, kLast});
@@ -191,9 +206,9 @@ void Stream::close_gaps(std::vector<BlockRequest>& requests) const {
 }
 
 // What is below a block is known once it is there, and until then a long link would stand idle: what it
-// carries in a round trip is filled up from the beginning of the file, which is coarse to fine.
-void Stream::fill_link(std::vector<BlockRequest>& requests) {
-    const auto window = double(fetcher_.counters().window_bytes);
+// carries meanwhile is what the picture hides, and the file from its beginning on, which is coarse to fine.
+void Stream::fill_link(std::vector<BlockRequest>& requests, std::span<const Lack> lacks) {
+    const double most = kWindowsAsked * double(fetcher_.counters().window_bytes);
     std::set<Block> asked;
     double bytes = 0;
     const auto is_new = [&](const BlockRequest& r) {
@@ -202,10 +217,11 @@ void Stream::fill_link(std::vector<BlockRequest>& requests) {
         return true;
     };
     for (const BlockRequest& r : requests) is_new(r);
-    for (const BlockRequest& r : requests_for_rest()) {
-        if (bytes >= window) return;
-        if (is_new(r)) requests.push_back({r.model, r.block, kLast});
-    }
+    for (const auto& idle : {deferred(requests_for_hidden(lacks)), requests_for_rest()})
+        for (const BlockRequest& r : idle) {
+            if (bytes >= most) return;
+            if (is_new(r)) requests.push_back(r);
+        }
 }
 
 void Stream::ask(std::vector<BlockRequest> requests) {
@@ -221,8 +237,9 @@ void Stream::ask(std::vector<BlockRequest> requests) {
 }
 
 // While pictures go on.  (Who waits for all of a view is not helped by other blocks.)
-void Stream::ask_in_time(std::vector<BlockRequest> requests) {
-    if (!requests.empty() && options_.prefetches && !options_.byte_budget) fill_link(requests);
+void Stream::ask_in_time(std::span<const Lack> lacks) {
+    std::vector<BlockRequest> requests = requests_of(lacks);
+    if (!requests.empty() && options_.prefetches && !options_.byte_budget) fill_link(requests, lacks);
     ask(std::move(requests));
 }
 
@@ -256,7 +273,13 @@ void Stream::settle(ModelPainter& painter) {
 
 void Stream::ask_ahead() {
     take_stock();
-    ask_in_time(requests_when_idle());
+    if (views_.empty()) return;
+    std::vector<Lack> lacks = find_lacks(wanted_);
+    if (requests_of(lacks).empty() && !are_same(wanted_, views_)) lacks = find_lacks(views_);
+    if (requests_of(lacks).empty())
+        ask(requests_when_idle());
+    else
+        ask_in_time(lacks);
 }
 
 void Stream::wait_until(double until_s) {
@@ -274,8 +297,7 @@ StreamReport Stream::look(const ModelPainter& painter, const DrawReport& drawn) 
     const std::vector<Lack> lacks =
         drawn.counts.groups_missing == 0 ? std::vector<Lack>() : find_lacks(views_);
     measure(lacks, painter, drawn);
-    if (!lacks.empty())
-        ask_in_time(are_same(wanted_, views_) ? requests_of(lacks) : requests_of(find_lacks(wanted_)));
+    if (!lacks.empty()) ask_in_time(are_same(wanted_, views_) ? lacks : find_lacks(wanted_));
     return report_;
 }
 
@@ -302,6 +324,7 @@ void Stream::measure(std::span<const Lack> lacks, const ModelPainter& painter, c
     }
     const double there = double(drawn.counts.blocks_touched);
     report_.hit_rate = there / std::max(1.0, there + double(missing.size()));
+    report_.visible_hit_rate = there / std::max(1.0, there + double(report_.visible_blocks_missing));
     uint64_t used_bytes = 0;
     report_.wasted_bytes = 0;
     for (const Block& block : asked_)

@@ -14,8 +14,9 @@
 //         instead of 4 % in simulation; asking for both, or less urgently, gains less)
 //     what they hide, where settle() is to be exact
 //     in idle time, what is beside them, what they hide, and then the rest from root to leaves.
-// Between blocks that are asked for, those that are not are asked for too, last of all, where that makes
-// requests of a length that fills a long link: over HTTP/1.1 few requests are under way at a time.
+// What of these a link carries that would stand idle comes before its turn, so much that nothing waits for
+// it; and between blocks that are asked for, those that are not are asked for too, last of all, where that
+// makes requests of a length that fills a long link: over HTTP/1.1 few requests are under way at a time.
 #pragma once
 
 #include <array>
@@ -52,11 +53,12 @@ struct StreamReport {
     std::vector<uint64_t> blocks_missing;
     uint64_t visible_blocks_missing = 0;
     double waiting_error_px = 0;
-    // Of what the last picture needs, as far as that is known, the part that is there.
-    double hit_rate = 1;
+    // Of what the last picture's cut needs, as far as that is known, the part that is there; and where only
+    // what owns pixels is taken to be lacking.
+    double hit_rate = 1, visible_hit_rate = 1;
     // Of the bytes used so far, the part that did not come over the network.
     double cache_hit_rate = 0;
-    uint64_t wasted_bytes = 0;  // asked for and there, but never used for a picture
+    uint64_t wasted_bytes = 0;    // asked for and there, but never used for a picture
     bool is_budget_used = false;  // so that more is lacking than will be asked for
     // When pictures of the view (since it last changed) first were there, lacked nothing that is visible, and
     // were better than kErrorSteps_px; by elapsed_s.
@@ -95,13 +97,13 @@ class Stream {
     std::vector<BlockRequest> requests_for_rest();
     std::vector<BlockRequest> requests_when_idle();
     void close_gaps(std::vector<BlockRequest>& requests) const;
-    void fill_link(std::vector<BlockRequest>& requests);
+    void fill_link(std::vector<BlockRequest>& requests, std::span<const Lack> lacks);
     bool is_exact(ModelPainter& painter);
     void predict(double time_s);
     bool is_there(const Block& block) const;
     std::vector<BlockRequest> within_budget(std::vector<BlockRequest> requests);
     void ask(std::vector<BlockRequest> requests);
-    void ask_in_time(std::vector<BlockRequest> requests);
+    void ask_in_time(std::span<const Lack> lacks);
     void take_stock();
     void note_new_view();
     void measure(std::span<const Lack> lacks, const ModelPainter& painter, const DrawReport& drawn);

@@ -23,6 +23,7 @@ core::Json to_json(const StreamReport& report) {
     json["visible_blocks_missing"] = report.visible_blocks_missing;
     json["waiting_error_px"] = report.waiting_error_px;
     json["hit_rate"] = report.hit_rate;
+    json["visible_hit_rate"] = report.visible_hit_rate;
     json["cache_hit_rate"] = report.cache_hit_rate;
     json["wasted_bytes"] = report.wasted_bytes;
     json["is_budget_used"] = report.is_budget_used;

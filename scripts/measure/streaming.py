@@ -280,11 +280,14 @@ class Streaming:
         with links.daemon(self.bench, self.cache, link):
             frames = self.render(self.url(name), *self.path_words(cameras), "--realtime", FRAMES_A_SECOND,
                                  *([] if is_ahead else ["--no-prefetch"]), report=report)
-        # The first two seconds are for what is there when the camera begins to move.
-        moving = [frame["stream"]["hit_rate"] for frame in frames[self.still():]]
+        # The first two seconds are for what is there when the camera begins to move: not all of the first view.
+        moving = [frame["stream"] for frame in frames[self.still():]]
         stream = frames[-1]["stream"]
-        return {"path": path, "link": link.name, "prefetch": is_ahead, "hit_rate": statistics.mean(moving),
-                "worst": min(moving), "bytes": stream["bytes_fetched"],
+        return {"path": path, "link": link.name, "prefetch": is_ahead,
+                "hit_rate": statistics.mean(frame["hit_rate"] for frame in moving),
+                "worst": min(frame["hit_rate"] for frame in moving),
+                "visible_hit_rate": statistics.mean(frame["visible_hit_rate"] for frame in moving),
+                "bytes": stream["bytes_fetched"],
                 "wasted": stream["wasted_bytes"] / max(1, stream["bytes_fetched"]),
                 "seconds": stream["elapsed_s"]}
 

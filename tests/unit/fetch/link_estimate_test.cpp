@@ -194,6 +194,18 @@ TEST(LinkEstimate, ANewBlockIsNotLateHoweverLongTheLinkWasFull) {
     }
 }
 
+// What nobody waits for fills the link, and nothing waits behind it.
+TEST(LinkEstimate, HoldsOfIdleBytesOnlyWhatFillsTheLink) {
+    for (const Link& is : kLinks) {
+        LinkEstimate link;
+        carry(link, is.bytes_per_s, is.round_trip_s, uint64_t(is.bytes_per_s * (4 + 20 * is.round_trip_s)));
+        const double product = is.bytes_per_s * std::max(0.002, is.round_trip_s);
+        EXPECT_LE(link.idle_window_bytes(), link.window_bytes());
+        EXPECT_NEAR(double(link.idle_window_bytes()), product + 1024 + 2 * kHeader, 0.15 * product + kHeader)
+            << is.bytes_per_s << " B/s, " << is.round_trip_s << " s";
+    }
+}
+
 TEST(LinkEstimate, FollowsAWayThatBecomesLonger) {
     LinkEstimate link;
     const double now = carry(link, 1e6, 0.02, 2'000'000);

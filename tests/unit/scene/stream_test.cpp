@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "fetch/request_queue.h"
 #include "scene/plan.h"
 #include "scene/reference.h"
 #include "test_meshes.h"
@@ -65,7 +66,7 @@ class Bringer : public scene::BlockFetcher {
         const splat::FoundPlace next = model_.next_bytes(request.block);
         return next.place.size + (next.is_block ? 0 : splat::kMostPageBytes + splat::kMinBlockSize);
     }
-    Counters counters() override { return {bytes_, 0, round_trip_s, window_bytes}; }
+    Counters counters() override { return {bytes_, 0, round_trip_s, bytes_per_s, window_bytes}; }
     uint64_t bytes() const { return bytes_; }
     // Of the last time, in order.
     std::vector<uint64_t> asked_blocks() const {
@@ -74,7 +75,15 @@ class Bringer : public scene::BlockFetcher {
         return blocks;
     }
 
-    double round_trip_s = 0;
+    // Of the last time, those that somebody waits for.
+    std::vector<uint64_t> urgent_blocks() const {
+        std::vector<uint64_t> blocks;
+        for (const scene::BlockRequest& r : asked_)
+            if (r.priority >= fetch::kIdlePriority) blocks.push_back(r.block);
+        return blocks;
+    }
+
+    double round_trip_s = 0, bytes_per_s = 0;
     uint64_t window_bytes = 0;
 
   private:
@@ -320,6 +329,33 @@ TEST(Stream, AsksForWhatASteadyCameraWillSee) {
     EXPECT_EQ(look(0, 4 * kFrame), needed(0 - 6));
 }
 
+// The daemon sends for what is not seen only as far as it fills the link.
+TEST(Stream, NobodyWaitsForWhatFillsTheLinkOrIdleTime) {
+    const Bytes bytes = build_bytes(bumpy_torus(100, 260));
+    const geom::View view = fitted_view(open_model(bytes));
+    Arriving arriving(bytes, 1000);
+    arriving.bringer.window_bytes = 10 * open_model(bytes).header().block_size;
+    scene::DrawOptions coarse;
+    coarse.cut.threshold_px = 8;
+    scene::Stream stream({{&arriving.model}}, arriving.bringer, {});
+    stream.show({view}, coarse);
+    scene::LackFinder finder({{&arriving.model}});
+    bool has_filled = false, has_idled = false;
+    for (int i = 0; i < 40 && !arriving.is_whole(); ++i) {
+        stream.ask_ahead();
+        const auto seen =
+            scene::requests_for(finder.find(view, coarse, std::nullopt), {}, view.picture_height());
+        EXPECT_EQ(arriving.bringer.urgent_blocks().size(), seen.size());
+        const bool has_more = arriving.bringer.asked_blocks().size() > seen.size();
+        has_filled = has_filled || (has_more && !seen.empty());
+        has_idled = has_idled || (has_more && seen.empty());
+        arriving.bringer.wait(0);
+    }
+    EXPECT_TRUE(has_filled);
+    EXPECT_TRUE(has_idled);
+    EXPECT_TRUE(arriving.is_whole());
+}
+
 TEST(Stream, FetchesTheRestInIdleTimeUnlessItIsNotTo) {
     const Bytes bytes = build_bytes(bumpy_torus(100, 260));
     const geom::View view = fitted_view(open_model(bytes));
@@ -348,6 +384,7 @@ TEST(Stream, FillsALongLinkFromTheBeginningOfTheFileUnlessAllIsWaitedFor) {
     const auto asked = [&](uint64_t window, bool prefetches, bool settles) {
         Arriving arriving(bytes, settles ? 1000 : 0);
         arriving.bringer.window_bytes = window;
+        arriving.bringer.round_trip_s = 0.5, arriving.bringer.bytes_per_s = double(window) / 0.5;
         scene::StreamOptions options;
         options.prefetches = prefetches;
         scene::ModelPainter painter(arriving.model);
@@ -364,8 +401,9 @@ TEST(Stream, FillsALongLinkFromTheBeginningOfTheFileUnlessAllIsWaitedFor) {
     const uint64_t block = open_model(bytes).header().block_size;
     const std::vector<uint64_t> lacking = asked(0, true, false);
     ASSERT_LT(lacking.size(), 20u);
-    // What is lacking comes first; then all there is from the first block that is not there, in order.
-    const std::vector<uint64_t> filled = asked(20 * block, true, false);
+    // What is lacking comes first; then all there is from the first block that is not there, in order: two
+    // windows of both.
+    const std::vector<uint64_t> filled = asked(10 * block, true, false);
     ASSERT_EQ(filled.size(), 21u);
     EXPECT_TRUE(std::equal(lacking.begin(), lacking.end() - 1, filled.begin()));
     EXPECT_TRUE(std::is_sorted(filled.begin() + ptrdiff_t(lacking.size()) - 1, filled.end() - 1));
@@ -373,7 +411,7 @@ TEST(Stream, FillsALongLinkFromTheBeginningOfTheFileUnlessAllIsWaitedFor) {
     std::sort(sorted.begin(), sorted.end());
     for (size_t i = 0; i < sorted.size(); ++i) EXPECT_EQ(sorted[i], i + 1);
 
-    EXPECT_EQ(asked(20 * block, false, false), lacking);
+    EXPECT_EQ(asked(10 * block, false, false), lacking);
     const uint64_t no_wider_gaps = 2 * block;  // than without
     EXPECT_EQ(asked(no_wider_gaps, true, true), asked(0, true, true));
 }
