@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/pages.h"
 #include "core/parallel.h"
 #include "mesh/ply_header.h"
 #include "mesh/text.h"
@@ -327,9 +328,9 @@ class PlyReader {
         const std::byte* first = source_.bytes.data() + at_;
         Mesh& mesh = result_.mesh;
         if (!layout_.is_single) mesh.origin = origin_among_plain_vertices(element);
-        mesh.positions.resize(element.count);
-        if (layout_.has_normals) mesh.normals.resize(element.count);
-        if (layout_.has_colours) mesh.colours.resize(element.count);
+        core::resize(mesh.positions, element.count);
+        if (layout_.has_normals) core::resize(mesh.normals, element.count);
+        if (layout_.has_colours) core::resize(mesh.colours, element.count);
         core::parallel_pieces(element.count, kPiece, [&](size_t begin, size_t end) {
             for (size_t v = begin; v < end; v += kBlock)
                 convert_block(first + v * record_bytes, record_bytes, v, std::min(kBlock, end - v));
@@ -419,7 +420,7 @@ class PlyReader {
         const bool is_byte = size_of(list.count_type) == 1;
         std::atomic<bool> is_plain = true, has_repeated = false;
         std::vector<glm::u32vec3>& triangles = result_.mesh.triangles;
-        triangles.resize(element.count);
+        core::resize(triangles, element.count);
         core::parallel_pieces(element.count, kPiece, [&](size_t begin, size_t end) {
             if (!is_plain) return;
             const std::byte* at = first + begin * record_bytes;

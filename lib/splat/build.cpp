@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "core/error.h"
+#include "core/pages.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "splat/cloud.h"
@@ -129,14 +130,14 @@ class Builder {
     void order_leaves() {
         const size_t n = mesh_.positions.size();
         const std::vector<uint8_t> used = find_used();
-        points_.reserve(n);
+        core::reserve(points_, n);
         for (size_t v = 0; v < n; ++v)
             if (used[v]) points_.push_back({mesh_.positions[v], uint32_t(v)});
         if (points_.size() < n) report_.vertices_dropped["unreferenced"] = n - points_.size();
         if (points_.empty()) throw core::Error("no face is left, and the vertices belong to none");
         if (mesh_.normals.empty() && mesh_.colours.empty()) release(mesh_.positions);
         root_ = sort_into_tree(points_);
-        leaf_of_.resize(n);
+        core::resize(leaf_of_, n);
         core::parallel_pieces(points_.size(), kPiece, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; ++i) leaf_of_[points_[i].vertex] = uint32_t(i);
         });
@@ -241,7 +242,7 @@ class Builder {
             for (size_t p = 0; p < pieces; ++p) to[p][s] = sum, sum += at[p][s];
         }
         buckets_.begin[subtrees] = sum;
-        buckets_.faces.resize(sum);
+        core::resize(buckets_.faces, sum);
         core::parallel_for(pieces, [&](size_t p) {
             for_faces(p, piece,
                       [&](uint32_t s, const glm::u32vec3& face) { buckets_.faces[to[p][s]++] = face; });

@@ -5,6 +5,7 @@
 #include <limits>
 #include <tuple>
 
+#include "core/pages.h"
 #include "core/parallel.h"
 
 namespace splat {
@@ -206,6 +207,7 @@ std::unique_ptr<UpperCut> sort_into_tree(std::span<TreePoint> points) {
     auto root = std::make_unique<UpperCut>();
     root->end = uint32_t(points.size());
     const auto spare = std::make_unique_for_overwrite<TreePoint[]>(points.size());
+    core::take_pages(spare.get(), points.size() * sizeof(TreePoint));
     sort_upper(*root, points, {spare.get(), points.size()});
     return root;
 }
