@@ -18,6 +18,11 @@ void CodedTree::add(const GroupFit& fit, size_t k, glm::u8vec3 mean, const Node&
     decoded.push_back(node_of(fit, k, colour.back(), parent));
 }
 
+void CodedTree::reserve(size_t nodes) {
+    for (auto* codes : {&attitude, &place, &colour}) codes->reserve(nodes);
+    shape.reserve(nodes), child_group.reserve(nodes), decoded.reserve(nodes);
+}
+
 void FitCounts::add(const FitCounts& o) {
     inserted += o.inserted, leaves += o.leaves, inner += o.inner;
     leaf_inflation += o.leaf_inflation, inner_inflation += o.inner_inflation;
@@ -249,6 +254,9 @@ class SubtreeEncoder {
 
     void encode_nodes(const Node& parent) {
         const Run all{0, surface_.count};
+        // Full groups take a sixth more nodes than leaves.
+        const size_t most = surface_.count + surface_.count / 4 + 64;
+        tree_.reserve(most), runs_.reserve(most), is_between_.reserve(most);
         encode_group({&all, 1}, parent);
         for (size_t node = 0; node < tree_.size(); ++node) {
             const Run run = runs_[node];

@@ -31,6 +31,7 @@ struct CodedTree {
     std::vector<uint32_t> leaf;  // by node, of leaves that are triangles: which leaf of the model
 
     size_t size() const { return attitude.size(); }
+    void reserve(size_t nodes);
     // Appends child k of a fitted group, a leaf for now.
     void add(const GroupFit& fit, size_t k, glm::u8vec3 colour, const Node& parent);
 };
