@@ -25,7 +25,7 @@ constexpr float kRoundUp = 1.0001f;   // over the float rounding of decode and c
 
 // What the stages of a fit hand on, a lane a child.
 struct FitState {
-    alignas(32) Lanes<float> normal[3], t1[3], t2[3], ideal[3], smallest;
+    alignas(32) Lanes<float> normal[3], t1[3], t2[3], low[3], high[3], ideal[3], smallest;
     alignas(32) Lanes<uint32_t> normal_code, place;
     alignas(32) Lanes<float> radius_level;
 };
@@ -127,7 +127,7 @@ Extremes NoExtremes() {
 }
 
 // Turns each child's points into its own frame, in place; finds the middle of the smallest circle across, nearly, and
-// of the thickness, and the radius of the sphere about it.
+// of the thickness, the box about them, and the radius of the sphere about that middle.
 void TurnPoints(GroupContent& content, float parent_radius, size_t lane, FitState& state) {
     const D d;
     const V3 t1 = Load3(state.t1, lane), t2 = Load3(state.t2, lane), n = Load3(state.normal, lane);
@@ -150,6 +150,7 @@ void TurnPoints(GroupContent& content, float parent_radius, size_t lane, FitStat
         most = hn::Max(most, Dot(p, p));
     }
     hn::Store(hn::Max(hn::Sqrt(most), hn::Set(d, std::min(kMinRadius, parent_radius))), d, &state.smallest[lane]);
+    for (int k = 0; k < 3; ++k) hn::Store(e.low[k], d, &state.low[k][lane]), hn::Store(e.high[k], d, &state.high[k][lane]);
     hn::Store(ideal.x, d, &state.ideal[0][lane]), hn::Store(ideal.y, d, &state.ideal[1][lane]), hn::Store(ideal.z, d, &state.ideal[2][lane]);
 }
 
@@ -180,6 +181,8 @@ class Search {
   public:
     Search(const GroupContent& content, const FitState& state, size_t child, float parent_radius)
         : u_(&content.x[child]), v_(&content.y[child]), w_(&content.z[child]), points_(content.points[child]),
+          low_(state.low[0][child], state.low[1][child], state.low[2][child]),
+          high_(state.high[0][child], state.high[1][child], state.high[2][child]),
           ideal_(state.ideal[0][child], state.ideal[1][child], state.ideal[2][child]), smallest_(state.smallest[child]),
           parent_radius_(parent_radius) {}
 
@@ -203,11 +206,23 @@ class Search {
     // lattice, up to the first level that has a cover.
     Choice anywhere() {
         for (int level = 0; level < kRadiusLevels - 1; ++level) {
-            if (kRadius[level] * parent_radius_ < smallest_) continue;
-            for (int a = 0; a < kAcrossSteps - 1; ++a)
-                for (int b = 0; b < kAcrossSteps - 1; ++b)
+            const Lattice& steps = lattice();
+            const float radius = kRadius[level] * parent_radius_, limit = steps.limit[level] * parent_radius_;
+            if (radius < smallest_) continue;
+            // Can a centre reach both ends of the points along an axis?  It is between these steps, or was pulled back
+            // towards 0.
+            const auto reaches = [&](int axis, float from, float to) {
+                return high_[axis] - radius <= std::max(0.0f, to * limit) && std::min(0.0f, from * limit) <= low_[axis] + radius;
+            };
+            for (int a = 0; a < kAcrossSteps - 1; ++a) {
+                if (!reaches(0, steps.across[a], steps.across[a + 1])) continue;
+                for (int b = 0; b < kAcrossSteps - 1; ++b) {
+                    if (!reaches(1, steps.across[b], steps.across[b + 1])) continue;
                     for (int c = 0; c < kAlongSteps; c += 4)
-                        try_cells({Cell{level, a, b, c}, Cell{level, a, b, c + 2}});
+                        if (reaches(2, steps.along[c], steps.along[c + 3]))
+                            try_cells({Cell{level, a, b, c}, Cell{level, a, b, c + 2}});
+                }
+            }
             if (int(best_.place & 15u) == level) break;
         }
         return best_;
@@ -275,9 +290,16 @@ class Search {
     }
 
     // For each centre and each kFlatness the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2, the square of the
-    // radius across that covers all points; of those that the level's radius covers, the cheapest.
+    // radius across that covers all points; of those that the level's radius covers, the cheapest.  All four at once:
+    // the thinner two first, the others only where these fail, is no faster.
     void cover(const std::array<Cell, 2>& cells, size_t lane, const Vector3<W>& centre, W radius) {
         const Wide d;
+        // No ball of this radius about a centre that is too far from a side of the points' box holds them: so it is
+        // about most centres that anywhere() tries.
+        const auto reaches = [&](W at, int k) HWY_ATTR {
+            return hn::And(hn::Le(hn::Sub(hn::Set(d, high_[k]), at), radius), hn::Le(hn::Sub(at, hn::Set(d, low_[k])), radius));
+        };
+        if (hn::AllFalse(d, hn::And(reaches(centre.x, 0), hn::And(reaches(centre.y, 1), reaches(centre.z, 2))))) return;
         const W allowed = hn::Mul(hn::Mul(radius, radius), hn::Set(d, 1.0f / (kRoundUp * kRoundUp)));
         W most[4] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
         const W weight0 = hn::Set(d, 1.0f / (kFlatness[0] * kFlatness[0])),
@@ -320,6 +342,7 @@ class Search {
 
     const float *u_, *v_, *w_;  // kLanes apart
     const size_t points_;
+    const glm::vec3 low_, high_;  // of the points' box
     const glm::vec3 ideal_;
     const float smallest_, parent_radius_;
     Choice best_;
