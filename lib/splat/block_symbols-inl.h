@@ -1,11 +1,12 @@
 // A block's nodes as a sequence of symbols, each in a context that follows from the symbols before it: the
 // model of compressed blocks, the same code for counting, encoding and decoding.  man/qs.5 specifies it.
 //
-// A block is decoded alone, so nothing of its nodes' parents is known but what siblings have in common.  What pays:
-// flatness and error of the node before; of siblings, normals, and heights: they lie on one surface, which the
-// normals tilt.  Left and right are alike, and so are the two directions across: contexts are folded, which halves
-// the tables twice.  What would pay a little more, and was slower by a third, as each symbol waits for one before it:
-// normals by places and the bend of the group (0.03 bytes a vertex), places by those of siblings (0.07).
+// A block is decoded alone, so nothing of its nodes' parents is known but what siblings have in common.  What
+// pays: flatness and error of the node before; of siblings, normals, and heights: they lie on one surface,
+// which the normals tilt.  Left and right are alike, and so are the two directions across: contexts are
+// folded, which halves the tables twice.  What would pay a little more, and was slower by a third, as each
+// symbol waits for one before it: normals by places and the bend of the group (0.03 bytes a vertex), places
+// by those of siblings (0.07).
 //
 // Included once for each SIMD target, by sources that use Highway's foreach_target.h.
 #if defined(QS_SPLAT_BLOCK_SYMBOLS_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -39,8 +40,8 @@ struct NodeCodes {
     bool is_first = false;  // of its group
 };
 
-// Nodes are coded in runs, a run's fields in turn: places first, then normals, then colours.  So what a loop needs
-// fits into registers.
+// Nodes are coded in runs, a run's fields in turn: places first, then normals, then colours.  So what a loop
+// needs fits into registers.
 constexpr uint32_t kRunNodes = 64;
 
 // Signs as masks, 0 or -1, and sums of them: a branch on a sign would go wrong at every other node.
@@ -93,7 +94,7 @@ HWY_INLINE void CodePlaces(Coder& coder, Nodes& nodes, PlacesBefore& before, Nod
         coder.template code<kAttitudeLane, kAttitude>(2 * (before.attitude >> 3) + after_leaf, node.attitude);
     node.radius =
         coder.template code<kRadiusLane, kRadiusCode>(node.is_first ? 8 : before.radius >> 1, node.radius);
-    node.across = coder.template plain<7>(node.across);
+    node.across = uint32_t(coder.template plain<kRadiusCode>(7, node.across));
     before.shape = node.shape, before.attitude = node.attitude, before.radius = node.radius;
 }
 
@@ -155,7 +156,7 @@ HWY_INLINE void CodeColour(Coder& coder, ColoursBefore& before, NodeCodes& node)
 }
 
 // Nodes have group_size(), get(slot, codes), put(slot, codes) and put_colour(slot, colour).  A coder's
-// begin_node() stands before what is at most 57 bits.  False where there is no more input, or the groups are
+// begin() stands before what is at most 57 bits.  False where there is no more input, or the groups are
 // not those of `count` nodes.
 template <bool kHasColour, class Coder, class Nodes>
 HWY_INLINE bool CodeNodes(Coder& coder, Nodes& nodes, uint32_t count) {
@@ -167,16 +168,16 @@ HWY_INLINE bool CodeNodes(Coder& coder, Nodes& nodes, uint32_t count) {
         const uint32_t in_run = std::min(kRunNodes, count - first);
         for (uint32_t i = 0; i < in_run; ++i) nodes.get(first + i, run[i]);
         for (uint32_t i = 0; i < in_run; ++i) {
-            if (!coder.begin_node()) return false;
+            if (!coder.begin()) return false;
             CodePlaces(coder, nodes, places, run[i]);
         }
         for (uint32_t i = 0; i < in_run; ++i) {
-            if (!coder.begin_node()) return false;
+            if (!coder.begin()) return false;
             CodeNormals(coder, normals, run[i]);
             nodes.put(first + i, run[i]);
         }
         for (uint32_t i = 0; kHasColour && i < in_run; ++i) {
-            if (!coder.begin_node()) return false;
+            if (!coder.begin()) return false;
             CodeColour(coder, colours, run[i]);
             nodes.put_colour(first + i, run[i].colour);
         }

@@ -14,7 +14,7 @@ namespace splat {
 namespace {
 
 constexpr uint64_t kMaxFileSize = uint64_t(1) << 47;  // twice the largest plain file
-constexpr uint64_t kMinBlockInFile = kMinCodedBlock + 2;
+constexpr uint64_t kMinBlockInFile = std::min(kMinCodedBlock, kMinCodedRuns) + 2;
 
 CodedHeader checked(const CodedHeader& coded, const Header& header, const std::string& name) {
     // No count is believed that the file has no room for: tables in memory are sized by them.
@@ -34,7 +34,7 @@ uint64_t CodedHeader::size() const {
 std::vector<std::byte> encode_coded_header(const CodedHeader& header) {
     core::ByteWriter out;
     for (const char c : kCodedMagic) out.put(c);
-    out.put(kCodedVersion);
+    out.put(header.version);
     out.put(uint32_t(header.tables.size()));
     out.put(header.file_size);
     out.bytes.insert(out.bytes.end(), header.plain.begin(), header.plain.end());
@@ -54,11 +54,12 @@ CodedHeader parse_coded_header(std::span<const std::byte> file, const std::strin
     core::ByteReader r(file, name);
     r.take<uint64_t>();
     const auto version = r.take<uint32_t>();
-    if (version != kCodedVersion)
-        throw core::Error(core::text("%s: compressed format version %u, this program reads version %u",
+    if (version < 1 || version > kCodedVersion)
+        throw core::Error(core::text("%s: compressed format version %u, this program reads versions 1 to %u",
                                      name.c_str(), version, kCodedVersion));
     const auto tables_size = r.take<uint32_t>();
     CodedHeader header;
+    header.version = version;
     header.file_size = r.take<uint64_t>();
     const auto refuse = [&](const std::string& what) { throw core::Error(name + ": header: " + what); };
     if (tables_size > kMaxTableBytes)
@@ -93,8 +94,9 @@ CodedFile::CodedFile(std::span<const std::byte> file, IsThere is_there, const st
       coded_(parse_coded_header(file, name)),
       header_(parse_header(coded_.plain, name)),
       index_(checked(coded_, header_, name).size() > 0 ? header_.block_count : 1),
-      tables_(decode_tables(coded_.tables, name)),
-      codec_(header_) {
+      tables_(decode_tables(coded_.tables, coded_.symbol_kinds(), name)),
+      codec_(header_),
+      run_codec_(header_) {
     if (file.size() > coded_.file_size)
         throw core::Error(core::text("%s: %zu bytes, its header says %llu", name.c_str(), file.size(),
                                      static_cast<unsigned long long>(coded_.file_size)));
@@ -128,14 +130,17 @@ void CodedFile::read(uint64_t number, std::span<std::byte> block) const {
     const auto coded = file_.subspan(place.offset, place.size);
     if (place.size == block.size())
         std::copy(coded.begin(), coded.end(), block.begin());
-    else if (!codec_.decode(number, coded, tables_, block))
+    else if (!(number < header_.node_blocks() ? codec_.decode(number, coded, tables_, block)
+                                              : run_codec_.decode(coded, tables_, block)))
         fault(number, place, "its coding is damaged");
 }
 
 bool CodedFile::measure(uint64_t number, std::span<double> bits) const {
     const CodedPlace place = place_of(number);
-    return place.size < header_.block_size &&
-           codec_.measure(file_.subspan(place.offset, place.size), tables_, bits);
+    if (place.size >= header_.block_size) return false;
+    const auto coded = file_.subspan(place.offset, place.size);
+    return number < header_.node_blocks() ? codec_.measure(coded, tables_, bits)
+                                          : run_codec_.measure(coded, tables_, header_.block_size, bits);
 }
 
 }  // namespace splat

@@ -11,15 +11,19 @@
 #include "splat/block_codec.h"
 #include "splat/block_index.h"
 #include "splat/format.h"
+#include "splat/run_codec.h"
 #include "splat/symbol_tables.h"
 
 namespace splat {
 
 struct CodedHeader {
+    uint32_t version = kCodedVersion;
     uint64_t file_size = 0;
     std::span<const std::byte> plain;  // header of the plain file
     std::span<const std::byte> tables;
     uint64_t size() const;  // where the index begins
+    // Of how many kinds the tables are.
+    uint32_t symbol_kinds() const { return version == 1 ? kNodeSymbolKinds : kSymbolKinds; }
 };
 std::vector<std::byte> encode_coded_header(const CodedHeader& header);
 // How many bytes of a compressed file its header takes, told by the first kCodedHeaderSize of them.
@@ -53,7 +57,7 @@ class CodedFile {
     // are not checked yet.  Throws core::Error where they are damaged.  Threads may share it.
     void read(uint64_t number, std::span<std::byte> block) const;
 
-    // Adds what fields take to `bits`, as BlockCodec::measure(); false for a block that is stored as it is.
+    // Adds what fields take to `bits`, as their codecs' measure(); false for a block that is stored as it is.
     bool measure(uint64_t number, std::span<double> bits) const;
 
   private:
@@ -67,6 +71,7 @@ class CodedFile {
     BlockIndex index_;
     DecodingTables tables_;
     BlockCodec codec_;
+    RunCodec run_codec_;
 };
 
 }  // namespace splat

@@ -11,6 +11,7 @@
 #include "splat/block_index.h"
 #include "splat/coded_file.h"
 #include "splat/model.h"
+#include "splat/run_codec.h"
 
 namespace splat {
 
@@ -67,38 +68,87 @@ class GroupSizes {
     uint32_t next_;
 };
 
-// Blocks in a row, with their groups.
+// Where in their runs the blocks of triangles begin, from the first one on: needs no nodes either.
+class RunPlaces {
+  public:
+    explicit RunPlaces(const PlainModel& model)
+        : model_(model),
+          codec_(model.header),
+          next_(model.header.node_blocks()),
+          block_(model.header.block_size) {
+        if (next_ < model_.header.block_count) model_.read(next_, block_);
+    }
+
+    // Of the next block.
+    RunPlace take() {
+        const RunPlace place = place_;
+        std::vector<std::byte> behind(++next_ < model_.header.block_count ? block_.size() : 0);
+        if (!behind.empty()) model_.read(next_, behind);
+        place_ = codec_.end_of({block_, place}, behind);
+        block_ = std::move(behind);
+        return place;
+    }
+
+  private:
+    const PlainModel& model_;
+    const RunCodec codec_;
+    uint64_t next_;
+    std::vector<std::byte> block_;
+    RunPlace place_;
+};
+
+// What coding blocks needs to know of those before them, in the order of the file.
+struct Before {
+    explicit Before(const PlainModel& model) : sizes(model), places(model) {}
+    GroupSizes sizes;
+    RunPlaces places;
+};
+
+// Blocks in a row.
 class Batch {
   public:
-    Batch(const PlainModel& model, uint64_t first, GroupSizes& sizes)
+    Batch(const PlainModel& model, uint64_t first, Before& before)
         : block_size_(model.header.block_size),
           first_(first),
+          node_blocks_(model.header.node_blocks()),
           groups_(std::min(kBatchBlocks, model.header.block_count - first)),
+          places_(groups_.size()),
           bytes_(groups_.size() * block_size_) {
         core::parallel_for(
             count(), [&](size_t i) { model.read(first + i, span_of(i)); }, 16);
         for (size_t i = 0; i < count(); ++i) {
+            if (are_runs(i)) {
+                places_[i] = before.places.take();
+                continue;
+            }
             uint16_t nodes;
             std::memcpy(&nodes, span_of(i).data() + offsetof(BlockHeader, node_count), sizeof(nodes));
-            groups_[i] = sizes.take(nodes);
+            groups_[i] = before.sizes.take(nodes);
         }
     }
     size_t count() const { return groups_.size(); }
-    PlainBlock block(size_t i) { return {first_ + i, span_of(i), groups_[i]}; }
+    bool are_runs(size_t i) const { return first_ + i >= node_blocks_; }
+    PlainBlock nodes(size_t i) { return {first_ + i, span_of(i), groups_[i]}; }
+    PlainRuns runs(size_t i) { return {span_of(i), places_[i]}; }
 
   private:
     std::span<std::byte> span_of(size_t i) { return std::span(bytes_).subspan(i * block_size_, block_size_); }
 
     size_t block_size_;
-    uint64_t first_;
-    std::vector<Groups> groups_;
+    uint64_t first_, node_blocks_;
+    std::vector<Groups> groups_;    // of blocks of nodes
+    std::vector<RunPlace> places_;  // of blocks of triangles
     std::vector<std::byte> bytes_;
 };
 
 class Compressor {
   public:
     explicit Compressor(const PlainModel& model)
-        : model_(model), codec_(model.header), index_(model.header.block_count) {}
+        : model_(model),
+          codec_(model.header),
+          run_codec_(model.header),
+          index_(model.header.block_count),
+          version_(model.header.has_triangles() ? 2 : 1) {}
 
     CompressedSizes write(core::OutputFile& out) {
         train();
@@ -114,14 +164,14 @@ class Compressor {
 
   private:
     CodedHeader header_of(uint64_t file_size) const {
-        return {file_size, model_.header_bytes, tables_bytes_};
+        return {version_, file_size, model_.header_bytes, tables_bytes_};
     }
 
     template <class Use>
     void for_each_batch(const Use& use) const {
-        GroupSizes sizes(model_);
+        Before before(model_);
         for (uint64_t first = 0; first < model_.header.block_count; first += kBatchBlocks) {
-            Batch batch(model_, first, sizes);
+            Batch batch(model_, first, before);
             use(first, batch);
         }
     }
@@ -134,17 +184,25 @@ class Compressor {
             std::vector<SymbolCounts> pieces((batch.count() + kPiece - 1) / kPiece);
             core::parallel_pieces(batch.count(), kPiece, [&](size_t begin, size_t end) {
                 SymbolCounts& piece = pieces[begin / kPiece] = no_symbols();
-                for (size_t i = begin; i < end; ++i)
-                    if (codec_.can_code(batch.block(i))) codec_.count(batch.block(i), piece);
+                for (size_t i = begin; i < end; ++i) count(batch, i, piece);
             });
             for (const SymbolCounts& piece : pieces)
                 std::transform(piece.begin(), piece.end(), counts.begin(), counts.begin(), std::plus());
         });
-        tables_bytes_ = encode_tables(counts);
-        shares_ = decode_tables(tables_bytes_, "");
+        const uint32_t kinds = header_of(0).symbol_kinds();
+        tables_bytes_ = encode_tables(counts, kinds);
+        shares_ = decode_tables(tables_bytes_, kinds, "");
         encoding_.emplace(shares_);
         decoding_.emplace(shares_);
         sizes_.field_bits = bits_of(counts, shares_);
+    }
+
+    void count(Batch& batch, size_t i, SymbolCounts& counts) const {
+        if (batch.are_runs(i)) {
+            if (run_codec_.can_code(batch.runs(i))) run_codec_.count(batch.runs(i), counts);
+        } else if (codec_.can_code(batch.nodes(i))) {
+            codec_.count(batch.nodes(i), counts);
+        }
     }
 
     void size_runs() {
@@ -177,20 +235,31 @@ class Compressor {
     std::vector<std::vector<std::byte>> encode(Batch& batch) const {
         std::vector<std::vector<std::byte>> coded(batch.count());
         core::parallel_for(
-            coded.size(), [&](size_t i) { coded[i] = encode(batch.block(i)); }, 16);
+            coded.size(), [&](size_t i) { coded[i] = encode(batch, i); }, 16);
         return coded;
     }
 
     // A block that would not come back as it is, or not smaller, is stored as it is: the reader tells by its
     // size.
-    std::vector<std::byte> encode(const PlainBlock& block) const {
-        if (codec_.can_code(block)) {
-            std::vector<std::byte> coded = codec_.encode(block, *encoding_), again(block.bytes.size());
-            if (coded.size() < block.bytes.size() && codec_.decode(block.number, coded, *decoding_, again) &&
-                std::equal(again.begin(), again.end(), block.bytes.begin()))
-                return coded;
+    std::vector<std::byte> encode(Batch& batch, size_t i) const {
+        std::vector<std::byte> coded, again;
+        bool comes_back = false;
+        if (batch.are_runs(i)) {
+            const PlainRuns runs = batch.runs(i);
+            again.resize(runs.bytes.size());
+            if (run_codec_.can_code(runs)) coded = run_codec_.encode(runs, *encoding_);
+            comes_back = run_codec_.decode(coded, *decoding_, again);
+        } else {
+            const PlainBlock block = batch.nodes(i);
+            again.resize(block.bytes.size());
+            if (codec_.can_code(block)) coded = codec_.encode(block, *encoding_);
+            comes_back = codec_.decode(block.number, coded, *decoding_, again);
         }
-        return {block.bytes.begin(), block.bytes.end()};
+        const std::span<const std::byte> plain = batch.nodes(i).bytes;
+        if (comes_back && coded.size() < plain.size() &&
+            std::equal(again.begin(), again.end(), plain.begin()))
+            return coded;
+        return {plain.begin(), plain.end()};
     }
 
     void write_batch(uint64_t first, const std::vector<std::vector<std::byte>>& coded,
@@ -217,7 +286,9 @@ class Compressor {
 
     const PlainModel& model_;
     const BlockCodec codec_;
+    const RunCodec run_codec_;
     const BlockIndex index_;
+    const uint32_t version_;
     std::vector<std::byte> tables_bytes_;
     SymbolShares shares_;
     std::optional<EncodingTables> encoding_;

@@ -29,7 +29,7 @@ struct CompressedSizes {
     uint64_t table_bytes = 0, index_bytes = 0;
     uint64_t blocks_as_they_are = 0;  // what their coding would not have made smaller
     uint64_t block_size = 0;
-    std::vector<double> field_bits;  // in coded blocks, as kSymbolFields
+    std::vector<double> field_bits;  // in coded blocks, as kSymbolFields; with bits that are as they are
 };
 
 // Writes the model compressed.  Reads it three times over: to count symbols, to size

@@ -24,7 +24,7 @@ namespace splat {
 constexpr char kMagic[8] = {'q', 's', '-', 'm', 'o', 'd', 'e', 'l'};
 constexpr uint32_t kVersion = 2;  // the newest; files without triangles are of version 1
 constexpr char kCodedMagic[8] = {'q', 's', '-', 'c', 'o', 'd', 'e', 'd'};  // compressed: coded_file.h
-constexpr uint32_t kCodedVersion = 1;
+constexpr uint32_t kCodedVersion = 2;  // likewise: in version 1 blocks of triangles stand as they are
 constexpr size_t kCodedHeaderSize = 24;  // then the header of the plain file
 constexpr size_t kCodedFileSizeAt = 16;
 constexpr size_t kHeaderSize = 256;

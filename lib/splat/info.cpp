@@ -117,6 +117,7 @@ std::vector<ChannelInfo> channels_of(const Header& h, const CompressedSizes& siz
     for (const char* channel : {"structure_and_cone", "normal", "sphere", "flatness_and_error"})
         channels.push_back({channel, bytes(channel)});
     if (h.has_colour()) channels.push_back({"colour", bytes("colour")});
+    if (h.has_triangles()) channels.push_back({"triangles", bytes("triangles")});
     if (sizes.blocks_as_they_are > 0) channels.push_back({"blocks_as_they_are", sizes.blocks_as_they_are * sizes.block_size});
     channels.push_back({"tables", sizes.table_bytes});
     channels.push_back({"index", sizes.index_bytes});

@@ -148,9 +148,9 @@ uint32_t first_state_of(const SymbolField& field, uint32_t context) {
 
 }  // namespace
 
-std::vector<std::byte> encode_tables(const SymbolCounts& counts) {
+std::vector<std::byte> encode_tables(const SymbolCounts& counts, uint32_t kinds) {
     BitWriter out;
-    for (const SymbolField& field : kSymbolFields) {
+    for (const SymbolField& field : std::span(kSymbolFields).first(kinds)) {
         for (uint32_t c = field.first_context; c < field.first_context + field.contexts; ++c) {
             const uint64_t* of = &counts[size_t(c) * kSymbolCount];
             const uint64_t most = *std::max_element(of, of + kSymbolCount);
@@ -164,27 +164,29 @@ std::vector<std::byte> encode_tables(const SymbolCounts& counts) {
     return std::move(out.bytes);
 }
 
-SymbolShares decode_tables(std::span<const std::byte> bytes, const std::string& name) {
+SymbolShares decode_tables(std::span<const std::byte> bytes, uint32_t kinds, const std::string& name) {
     SymbolShares shares;
     BitReader in(bytes, name);
-    for (const SymbolField& field : kSymbolFields)
+    for (uint32_t kind = 0; kind < kSymbolKinds; ++kind) {
+        const SymbolField& field = kSymbolFields[kind];
         for (uint32_t c = field.first_context; c < field.first_context + field.contexts; ++c) {
             Levels levels{};
-            if (in.take(1) != 0) levels = take_levels(field.symbols, in);
+            if (kind < kinds && in.take(1) != 0) levels = take_levels(field.symbols, in);
             shares[c] = shares_of(levels, 1u << field.bits);
         }
+    }
     in.end();
     return shares;
 }
 
 std::vector<double> bits_of(const SymbolCounts& counts, const SymbolShares& shares) {
-    std::vector<double> bits;
-    for (const SymbolField& field : kSymbolFields) {
-        double& sum = bits.emplace_back();
+    std::vector<double> bits(counts.end() - kSymbolKinds, counts.end());
+    for (uint32_t kind = 0; kind < kSymbolKinds; ++kind) {
+        const SymbolField& field = kSymbolFields[kind];
         for (uint32_t c = field.first_context; c < field.first_context + field.contexts; ++c)
             for (uint32_t s = 0; s < kSymbolCount; ++s)
                 if (const uint64_t count = counts[size_t(c) * kSymbolCount + s]; count > 0)
-                    sum += double(count) * bits_of_share(shares[c][s], field);
+                    bits[kind] += double(count) * bits_of_share(shares[c][s], field);
     }
     return bits;
 }

@@ -30,10 +30,17 @@ enum SymbolKind : uint32_t {
     kRed,
     kBlue,
     kGreenBit,
+    kNodeSymbolKinds,  // so far those of nodes; what follows is of runs of triangles
+    kGlue = kNodeSymbolKinds,
+    kEntry,
+    kPositionClass,
+    kPosition,
+    kNormalClass,
+    kCornerNormal,
     kSymbolKinds
 };
 
-// One of the fields that a node is taken apart into.
+// One of the fields that a node, or a run of triangles, is taken apart into.
 struct SymbolField {
     const char* channel;  // under which qs-info tells what it takes
     uint32_t contexts, symbols;
@@ -52,7 +59,13 @@ inline constexpr std::array<SymbolField, kSymbolKinds> kSymbolFields = [] {
                                                   {"colour", 2, 32, 8},
                                                   {"colour", 2, 32, 8},
                                                   {"colour", 1, 32, 8},
-                                                  {"colour", 2, 2, 8}}};
+                                                  {"colour", 2, 2, 8},
+                                                  {"triangles", 2, 31, 8},
+                                                  {"triangles", 2, 23, 8},
+                                                  {"triangles", 4, 4, 6},
+                                                  {"triangles", 5, 32, 8},
+                                                  {"triangles", 4, 4, 6},
+                                                  {"triangles", 3, 32, 8}}};
     for (size_t f = 1; f < fields.size(); ++f) {
         const SymbolField& before = fields[f - 1];
         fields[f].first_context = before.first_context + before.contexts;
@@ -65,10 +78,10 @@ constexpr uint32_t kStateCount =
     kSymbolFields.back().first_state + (kSymbolFields.back().contexts << kSymbolFields.back().bits);
 static_assert(kStateCount * sizeof(uint16_t) <= 65536);
 
-// How often each symbol was met, context by context.
+// How often each symbol was met, context by context; then, by kind, bits that went along as they are.
 using SymbolCounts = std::vector<uint64_t>;
 inline SymbolCounts no_symbols() {
-    return SymbolCounts(size_t(kContextCount) * kSymbolCount);
+    return SymbolCounts(size_t(kContextCount) * kSymbolCount + kSymbolKinds);
 }
 
 // How many of its context's states each symbol has.
@@ -76,11 +89,13 @@ using SymbolShares = std::array<std::array<uint16_t, kSymbolCount>, kContextCoun
 
 constexpr size_t kMaxTableBytes = 16384;  // more than any tables take
 
-std::vector<std::byte> encode_tables(const SymbolCounts& counts);
-// Throws core::Error "<name>: symbol tables: ..." where the bytes are no tables, or more than tables.
-SymbolShares decode_tables(std::span<const std::byte> bytes, const std::string& name);
+// Of the first `kinds`: kNodeSymbolKinds or kSymbolKinds.
+std::vector<std::byte> encode_tables(const SymbolCounts& counts, uint32_t kinds);
+// Symbols of the other kinds are 0 always.  Throws core::Error "<name>: symbol tables: ..." where the bytes are
+// no tables, or more than tables.
+SymbolShares decode_tables(std::span<const std::byte> bytes, uint32_t kinds, const std::string& name);
 
-// How many bits so many symbols take, by field.
+// How many bits these take, by field.
 std::vector<double> bits_of(const SymbolCounts& counts, const SymbolShares& shares);
 inline double bits_of_share(uint32_t share, const SymbolField& field) {
     return field.bits - std::log2(double(share));

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "splat/glue_code.h"
 
 namespace splat {
 
@@ -48,21 +49,6 @@ namespace {
 
 // What one triangle, or corner, takes is looked at before it is known to be there.
 static_assert(kRunReadAhead >= 8 + (2 + 3 * any_position_width(30)) / 8);
-// Which edge a triangle is glued to: how many triangles back, which one, and what that took.
-struct GlueCode {
-    uint32_t back, edge, bits;
-};
-
-// From the bits behind the one that says so.  back: more than there can be triangles, where it is none.
-constexpr GlueCode long_glue_code(uint64_t word) {
-    const auto zeros = uint32_t(std::countr_zero(word));
-    if (zeros >= kRunTriangleBits) return {kMostRunTriangles, 0, 1};
-    const auto back = uint32_t(word >> (zeros + 1) & ((1u << zeros) - 1)) | 1u << zeros;
-    word >>= 2 * zeros + 1;
-    const uint32_t is_later = word & 1;
-    return {back, is_later + (is_later & uint32_t(word >> 1)), 2 * zeros + 2 + is_later};
-}
-
 // Of most: by their first bits; those that are longer have 0 bits here.
 struct GlueCodes {
     static constexpr uint32_t kBits = 9;

@@ -45,6 +45,8 @@ Bytes prefix(const Bytes& bytes, size_t size) {
     return {bytes.begin(), bytes.begin() + std::ptrdiff_t(size)};
 }
 
+constexpr splat::BuildOptions kTriangleLeaves{.leaf = splat::Leaf::triangle};
+
 // Several index pages, with the level above.
 const Bytes& large_model() {
     static const Bytes bytes = build_bytes(terrain(320));
@@ -65,6 +67,56 @@ TEST(Compress, GivesBackEveryModelBitForBit) {
             EXPECT_EQ(plain_again(compressed(plain)), plain) << size;
         }
     EXPECT_EQ(plain_again(compressed(build_bytes(cloud(3000)))), build_bytes(cloud(3000)));
+}
+
+// Runs that go on from block to block, or fill few of them; smooth, flat and both; of any size of corners'
+// differences; of the largest blocks.
+TEST(Compress, GivesBackBlocksOfTriangles) {
+    for (const NamedMesh& m : generated_meshes()) {
+        const Bytes plain = build_bytes(m.mesh, kTriangleLeaves), coded = compressed(plain);
+        EXPECT_EQ(plain_again(coded), plain) << m.name;
+        EXPECT_EQ(fault_of(coded), "") << m.name;
+    }
+    for (uint32_t size = 1024; size <= 65536; size *= 4) {
+        splat::BuildOptions options = kTriangleLeaves;
+        options.block_size = size;
+        const Bytes plain = build_bytes(bumpy_torus(60, 160), options);
+        EXPECT_EQ(plain_again(compressed(plain)), plain) << size;
+    }
+}
+
+TEST(Compress, BlocksOfTrianglesAreSmallerEach) {
+    const Bytes plain = build_bytes(bumpy_torus(80, 240), kTriangleLeaves), coded = compressed(plain);
+    const splat::CodedFile file(coded, "coded");
+    const splat::Header& h = file.header();
+    ASSERT_GT(h.triangle_blocks, 50u);
+    uint64_t bytes = 0;
+    for (uint64_t b = h.node_blocks(); b < h.block_count; ++b) bytes += file.place_of(b).size;
+    EXPECT_LT(bytes, h.triangle_blocks * h.block_size * 19 / 20);
+}
+
+// Each alone: no other block is asked for.
+TEST(Compress, BlocksOfTrianglesAreDecodedInAnyOrder) {
+    const Bytes plain = build_bytes(bumpy_torus(60, 160), kTriangleLeaves), coded = compressed(plain);
+    const splat::CodedFile file(coded, "coded");
+    const splat::Header& h = file.header();
+    for (uint64_t b = h.block_count; b-- > h.node_blocks();) {
+        Bytes block(h.block_size);
+        file.read(b, block);
+        ASSERT_TRUE(std::equal(block.begin(), block.end(), plain.begin() + std::ptrdiff_t(h.block_at(b))))
+            << b;
+    }
+}
+
+TEST(Compress, KeepsRunsThatItDoesNotUnderstand) {
+    Bytes plain = build_bytes(bumpy_torus(60, 160), kTriangleLeaves);
+    const splat::Header h = splat::parse_header(plain, "plain");
+    Random random(5);
+    for (uint64_t b = h.node_blocks() + 2; b < h.block_count; ++b)
+        for (size_t i = 4; i < h.block_size; ++i)
+            plain[h.block_at(b) + i] = std::byte(uint8_t(random.bits()));
+    repair_checksums(plain);
+    EXPECT_EQ(plain_again(compressed(plain)), plain);
 }
 
 TEST(Compress, IsSmaller) {
@@ -168,6 +220,19 @@ TEST(Compress, FirstPictureIsInTheFirst13KiB) {
 TEST(Compress, EveryFlippedBitIsAnErrorOrHarmless) {
     const Bytes plain = build_bytes(bumpy_torus(16, 40, true)), coded = compressed(plain);
     for (size_t bit = 0; bit < 8 * coded.size(); ++bit) {
+        Bytes bytes = coded;
+        bytes[bit / 8] ^= std::byte(uint8_t(1 << bit % 8));
+        if (fault_of(bytes).empty()) {
+            ASSERT_EQ(plain_again(bytes), plain) << "bit " << bit;
+        }
+    }
+}
+
+TEST(Compress, EveryFlippedBitOfTrianglesIsAnErrorOrHarmless) {
+    const Bytes plain = build_bytes(bumpy_torus(12, 30), kTriangleLeaves), coded = compressed(plain);
+    const splat::CodedFile file(coded, "coded");
+    const uint64_t begin = file.place_of(file.header().node_blocks()).offset;
+    for (size_t bit = 8 * begin; bit < 8 * coded.size(); bit += 3) {
         Bytes bytes = coded;
         bytes[bit / 8] ^= std::byte(uint8_t(1 << bit % 8));
         if (fault_of(bytes).empty()) {

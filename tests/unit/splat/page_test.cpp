@@ -410,8 +410,10 @@ TEST(QsPage, HasTheErrorOfCornerNormals) {
 }
 
 TEST(QsPage, HasTheSymbolsOfCompressedBlocks) {
-    const char* const kinds[] = {"group|", "shape|", "attitude|", "radius|", "normal|", "along|", "green|", "red|", "blue|", "bit|"};
-    const char* const lanes[] = {"|2", "|0", "|1", "|2", "|3 (x), 4 (y)", "|5", "|2", "|3", "|4", "|2"};
+    const char* const kinds[] = {"group|", "shape|", "attitude|", "radius|", "normal|", "along|", "green|", "red|", "blue|", "bit|",
+                                 "glue|", "entry|", "position class|", "position|", "normal class|", "corner|"};
+    const char* const lanes[] = {"|2", "|0", "|1", "|2", "|3 (x), 4 (y)", "|5", "|2", "|3", "|4", "|2",
+                                 "|0", "|1", "|3", "|0 (x), 1 (y), 2 (z)", "|3", "|0 (column), 1 (row)"};
     std::string rows = "kind|contexts|symbols|L|lane\n";
     for (size_t k = 0; k < splat::kSymbolKinds; ++k) {
         const splat::SymbolField& f = splat::kSymbolFields[k];
