@@ -15,7 +15,7 @@
 #include "core/stopwatch.h"
 #include "mesh/mesh.h"
 #include "ppve/link.h"
-#include "ppve/reconstruction.h"
+#include "ppve/client/reconstruction.h"
 #include "qs-render/arguments.h"
 #include "qs-render/picture_files.h"
 #include "scene/frame_report.h"

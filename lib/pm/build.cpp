@@ -6,12 +6,12 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
-#include "pm/details.h"
-#include "pm/locality.h"
-#include "pm/manifold.h"
+#include "pm/build/details.h"
+#include "pm/build/locality.h"
+#include "pm/build/manifold.h"
 #include "pm/model.h"
-#include "pm/simplify.h"
-#include "pm/writer.h"
+#include "pm/build/simplify.h"
+#include "pm/build/writer.h"
 
 namespace pm {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "pm/details.h"
+#include "pm/build/details.h"
 #include "pm/packet_source.h"
 
 namespace pm {

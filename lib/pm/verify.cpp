@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "pm/details.h"
+#include "pm/build/details.h"
 
 namespace pm {
 

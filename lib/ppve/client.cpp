@@ -11,8 +11,8 @@
 #include "core/error.h"
 #include "core/stopwatch.h"
 #include "net/frame_stream.h"
-#include "ppve/eye_track.h"
-#include "ppve/point_cache.h"
+#include "ppve/client/eye_track.h"
+#include "ppve/client/point_cache.h"
 
 namespace ppve {
 

@@ -18,7 +18,7 @@
 #include "geom/camera.h"
 #include "ppve/link.h"
 #include "ppve/messages.h"
-#include "ppve/reconstruction.h"
+#include "ppve/client/reconstruction.h"
 
 namespace ppve {
 

@@ -11,7 +11,7 @@
 #include "core/bytes.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "ppve/point_raster.h"
+#include "ppve/client/point_raster.h"
 
 namespace ppve {
 

@@ -7,7 +7,7 @@
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "gl/mesh_painter.h"
-#include "ppve/light.h"
+#include "ppve/sample/light.h"
 #include "render/raster.h"
 #include "render/shading.h"
 

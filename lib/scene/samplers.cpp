@@ -2,10 +2,10 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "ppve/clusters.h"
-#include "ppve/embree_sampler.h"
-#include "ppve/raster_sampler.h"
-#include "ppve/volume_sampler.h"
+#include "ppve/sample/clusters.h"
+#include "ppve/sample/embree_sampler.h"
+#include "ppve/sample/raster_sampler.h"
+#include "ppve/sample/volume_sampler.h"
 #include "scene/gl_sampler.h"
 #include "scene/surface_file.h"
 

@@ -2,7 +2,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "splat/cloud.h"
+#include "splat/build/cloud.h"
 #include "splat/extract.h"
 #include "splat/format.h"
 #include "splat/model.h"

@@ -12,14 +12,14 @@
 #include "core/pages.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
-#include "splat/cloud.h"
+#include "splat/build/cloud.h"
 #include "splat/compress.h"
-#include "splat/encode.h"
-#include "splat/errors.h"
-#include "splat/layout.h"
+#include "splat/build/encode.h"
+#include "splat/build/errors.h"
+#include "splat/build/layout.h"
 #include "splat/model.h"
-#include "splat/tree.h"
-#include "splat/triangle_surface.h"
+#include "splat/build/tree.h"
+#include "splat/build/triangle_surface.h"
 
 namespace splat {
 

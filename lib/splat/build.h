@@ -8,10 +8,10 @@
 
 #include "core/file.h"
 #include "mesh/mesh.h"
-#include "splat/encode.h"
+#include "splat/build/encode.h"
 #include "splat/format.h"
 #include "splat/info.h"
-#include "splat/triangle_leaves.h"
+#include "splat/build/triangle_leaves.h"
 
 namespace splat {
 

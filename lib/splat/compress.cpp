@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "core/parallel.h"
-#include "splat/block_codec.h"
-#include "splat/block_index.h"
-#include "splat/coded_file.h"
+#include "splat/coding/block_codec.h"
+#include "splat/coding/block_index.h"
+#include "splat/coding/coded_file.h"
 #include "splat/model.h"
-#include "splat/run_codec.h"
+#include "splat/coding/run_codec.h"
 
 namespace splat {
 

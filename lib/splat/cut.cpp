@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "splat/cut_walk.h"
+#include "splat/cut/cut_walk.h"
 
 namespace splat {
 

@@ -18,7 +18,7 @@
 #include "core/address_space.h"
 #include "core/file.h"
 #include "splat/block_source.h"
-#include "splat/coded_file.h"
+#include "splat/coding/coded_file.h"
 #include "splat/format.h"
 #include "splat/node.h"
 

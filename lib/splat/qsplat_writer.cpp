@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "mesh/qsplat.h"
-#include "splat/cloud.h"
+#include "splat/build/cloud.h"
 
 namespace splat {
 

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "splat/glue_code.h"
+#include "splat/coding/glue_code.h"
 
 namespace splat {
 

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "ppve/client.h"
 #include "ppve/link.h"
-#include "ppve/reconstruction.h"
+#include "ppve/client/reconstruction.h"
 #include "view/subject.h"
 
 namespace view {

@@ -10,7 +10,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "splat/coded_file.h"
+#include "splat/coding/coded_file.h"
 
 namespace {
 

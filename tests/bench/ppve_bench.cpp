@@ -15,7 +15,7 @@
 #include "core/program.h"
 #include "mesh/mesh.h"
 #include "ppve/codec.h"
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 #include "ppve/session.h"
 
 namespace {

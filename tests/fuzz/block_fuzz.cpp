@@ -9,8 +9,8 @@
 
 #include "core/error.h"
 #include "require.h"
-#include "splat/block_codec.h"
-#include "splat/run_codec.h"
+#include "splat/coding/block_codec.h"
+#include "splat/coding/run_codec.h"
 
 namespace {
 

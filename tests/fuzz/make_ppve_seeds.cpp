@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "ppve/messages.h"
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 
 namespace {
 

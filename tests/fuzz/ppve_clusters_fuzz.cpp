@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "model_bytes.h"
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "ppve/volume.h"
+#include "ppve/sample/volume.h"
 #include "require.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

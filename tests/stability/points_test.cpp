@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "ppve/point_cache.h"
-#include "ppve/raster_sampler.h"
+#include "ppve/client/point_cache.h"
+#include "ppve/sample/raster_sampler.h"
 #include "ppve/session.h"
 #include "shapes.h"
 #include "table.h"

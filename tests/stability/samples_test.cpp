@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 #include "table.h"
 
 namespace stability {

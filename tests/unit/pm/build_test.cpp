@@ -6,10 +6,10 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "pm/details.h"
+#include "pm/build/details.h"
 #include "pm/extract.h"
 #include "pm/verify.h"
-#include "pm/writer.h"
+#include "pm/build/writer.h"
 #include "test_models.h"
 
 namespace {

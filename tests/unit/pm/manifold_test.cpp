@@ -1,4 +1,4 @@
-#include "pm/manifold.h"
+#include "pm/build/manifold.h"
 
 #include <gtest/gtest.h>
 

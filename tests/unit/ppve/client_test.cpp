@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "ball_server.h"
-#include "ppve/point_cache.h"
+#include "ppve/client/point_cache.h"
 
 namespace {
 

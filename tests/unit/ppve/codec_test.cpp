@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "ppve/lzw.h"
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 #include "scenes.h"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "ppve/eye_track.h"
+#include "ppve/client/eye_track.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ppve/point_raster.h"
+#include "ppve/client/point_raster.h"
 
 #include <gtest/gtest.h>
 

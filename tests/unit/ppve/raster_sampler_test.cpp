@@ -1,4 +1,4 @@
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ppve/reconstruction.h"
+#include "ppve/client/reconstruction.h"
 
 #include <gtest/gtest.h>
 

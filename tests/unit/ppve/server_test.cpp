@@ -10,7 +10,7 @@
 
 #include "net/address.h"
 #include "net/frame_stream.h"
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 #include "ppve/status.h"
 #include "scenes.h"
 

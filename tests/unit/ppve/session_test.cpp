@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 #include "scenes.h"
 
 namespace {

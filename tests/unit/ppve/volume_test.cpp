@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "ppve/volume_sampler.h"
+#include "ppve/sample/volume_sampler.h"
 #include "scenes.h"
 
 namespace {

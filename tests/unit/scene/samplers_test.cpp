@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "ppve/embree_sampler.h"
-#include "ppve/raster_sampler.h"
+#include "ppve/sample/embree_sampler.h"
+#include "ppve/sample/raster_sampler.h"
 #include "scene/gl_sampler.h"
 #include "scene/samplers.h"
 #include "scene/surface_file.h"

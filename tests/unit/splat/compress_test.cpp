@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "splat/block_index.h"
-#include "splat/coded_file.h"
+#include "splat/coding/block_index.h"
+#include "splat/coding/coded_file.h"
 #include "splat/info.h"
 #include "splat/verify.h"
 #include "test_meshes.h"

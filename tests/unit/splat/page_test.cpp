@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "splat/node.h"
-#include "splat/symbol_tables.h"
+#include "splat/coding/symbol_tables.h"
 #include "splat/triangle_reader.h"
 #include "test_meshes.h"
 

@@ -1,4 +1,4 @@
-#include "splat/surface.h"
+#include "splat/build/surface.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "splat/extract.h"
-#include "splat/run_packer.h"
+#include "splat/build/run_packer.h"
 #include "splat/triangle_reader.h"
 #include "splat/verify.h"
 #include "test_meshes.h"
