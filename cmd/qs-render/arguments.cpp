@@ -40,7 +40,9 @@ void check_explanation(const Arguments& a) {
         {"--report", !a.report.empty()}, {"--reference", !a.reference.empty()},
         {"--budget", a.has_budget()},    {"--refine", a.refine}};
     for (const auto& [option, is_given] : others)
-        if (is_given) throw UsageError(std::string(option) + (a.explain ? ": not with --explain, which draws no picture" : ": not with --plan, which draws no picture"));
+        if (is_given)
+            throw UsageError(std::string(option) + (a.explain ? ": not with --explain, which draws no picture"
+                                                              : ": not with --plan, which draws no picture"));
 }
 
 }  // namespace
@@ -89,7 +91,9 @@ void add_options(core::Program& program, Arguments& a) {
     app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")
         ->check(scene::splat_kinds())
         ->type_name("KIND");
-    app.add_option("--shade", a.shade, "lit, normal, level or flat")->check(scene::shades())->type_name("MODE");
+    app.add_option("--shade", a.shade, "lit, normal, level or flat")
+        ->check(scene::shades())
+        ->type_name("MODE");
     app.add_option("--samples", a.samples, "Samples a pixel: 1, 4 or 16")
         ->check(core::one_of(kSampleWords))
         ->type_name("N");

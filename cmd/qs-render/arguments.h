@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "core/program_fwd.h"
-#include "scene/camera_options.h"
 #include "qs-render/parts.h"
-#include "scene/sources.h"
 #include "qs-render/streaming.h"
 #include "render/image.h"
 #include "scene/backends.h"
+#include "scene/camera_options.h"
 #include "scene/draw.h"
+#include "scene/sources.h"
 
 namespace qs_render {
 
@@ -28,7 +28,8 @@ struct Arguments {
     double triangle_px = scene::kTrianglePx;
     double threshold_px = 1, threshold_diameter_px = kNotGiven, budget_ms = kNotGiven, fps = kNotGiven;
     CLI::Option* threshold = nullptr;
-    bool refine = false, keep_backfaces = false, keep_going = false, is_stereo = false, explain = false, json = false;
+    bool refine = false, keep_backfaces = false, keep_going = false, is_stereo = false, explain = false,
+         json = false;
     std::string frames, tile, samples = "1";
     std::array<double, 3> key_light{kNotGiven, kNotGiven, kNotGiven};
     double eye_angle_deg = 2;
@@ -36,7 +37,7 @@ struct Arguments {
     std::string splat = "smooth", shade = "lit", background = "0,0,0", occlusion = "auto";
     std::string backend = "auto";
     StreamingOptions streaming;
-    bool lists_backends = false;  // and does nothing else
+    bool lists_backends = false;     // and does nothing else
     std::string ppve_command, ppve;  // a server of points, and how it is asked
 
     bool threshold_is_given() const;

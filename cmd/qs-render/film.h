@@ -13,13 +13,13 @@
 #include "geom/path.h"
 #include "qs-render/arguments.h"
 #include "qs-render/picture_files.h"
-#include "scene/sources.h"
 #include "scene/backends.h"
 #include "scene/budget_painter.h"
 #include "scene/draw.h"
 #include "scene/frame_report.h"
 #include "scene/reference.h"
 #include "scene/shots.h"
+#include "scene/sources.h"
 #include "scene/stream.h"
 
 namespace qs_render {

@@ -22,7 +22,7 @@ class PictureFiles {
 
   private:
     std::string pictures_, depths_;
-    bool is_beside_;  // two eyes go into one file
+    bool is_beside_;                              // two eyes go into one file
     std::optional<core::OutputsToCome> to_come_;  // each opened with its first frame
     render::FrameWriter writer_;
     render::Frame left_, both_;

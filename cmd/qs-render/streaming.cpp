@@ -86,7 +86,8 @@ void StreamingOptions::add_to(core::Program& program) {
         app.add_flag("--no-prefetch", no_prefetch, "Fetch only what is seen, nothing ahead of the camera"));
     all.push_back(program.add_number("--realtime", realtime_fps, 0.001, 1000, "frames a second",
                                      "Move along the path so fast, whatever has arrived"));
-    all.push_back(app.add_flag("--settle", settle, "Wait until all is there that a frame shows (the default)"));
+    all.push_back(
+        app.add_flag("--settle", settle, "Wait until all is there that a frame shows (the default)"));
     all.push_back(
         app.add_option("--snapshot", snapshot, "One camera, at these times after the start: 0s,1s,10s")
             ->type_name("TIMES"));
@@ -138,8 +139,8 @@ std::optional<double> Schedule::due_s(size_t frame) const {
 }
 
 void check(const StreamingOptions& o, const std::vector<scene::Source>& sources, bool has_path) {
-    const bool is_remote =
-        std::any_of(sources.begin(), sources.end(), [](const scene::Source& s) { return scene::is_url(s.file); });
+    const bool is_remote = std::any_of(sources.begin(), sources.end(),
+                                       [](const scene::Source& s) { return scene::is_url(s.file); });
     for (const CLI::Option* option : o.all)
         if (option->count() > 0 && !is_remote)
             throw UsageError(option->get_name() + ": needs a SOURCE of http:// or https://");

@@ -30,7 +30,9 @@ void add_options(core::Program& program, Arguments& a) {
     app.add_option("--splat", a.splat, "square, circle, ellipse or smooth")
         ->check(scene::splat_kinds())
         ->type_name("KIND");
-    app.add_option("--shade", a.shade, "lit, normal, level or flat")->check(scene::shades())->type_name("MODE");
+    app.add_option("--shade", a.shade, "lit, normal, level or flat")
+        ->check(scene::shades())
+        ->type_name("MODE");
     program.add_numbers("--key-light", a.key_light, "X,Y,Z", "Light from there, and less from the eye");
     app.add_option("--background", a.background, "R,G,B, 0 to 255 each, or #rrggbb")->type_name("COLOUR");
     app.add_option("--backend", a.backend, "What draws: cpu, osmesa, egl or auto")

@@ -7,10 +7,13 @@
 
 #include "core/error.h"
 
-// Drivers of OpenGL leave some bytes to whoever unloads them; the sanitizer finds those only while they are loaded.
+// Drivers of OpenGL leave some bytes to whoever unloads them; the sanitizer finds those only while they are
+// loaded.
 #ifdef __SANITIZE_ADDRESS__
 #include <dlfcn.h>
-extern "C" int dlclose(void*) noexcept { return 0; }
+extern "C" int dlclose(void*) noexcept {
+    return 0;
+}
 #endif
 
 namespace qs_view {

@@ -18,8 +18,8 @@ namespace core {
 class InputFile {
   public:
     explicit InputFile(const std::string& path);
-    // How many bytes there can be at most, told from the first 4 KiB, or all where there are fewer.  Throws Error
-    // for what is none of the caller's files.
+    // How many bytes there can be at most, told from the first 4 KiB, or all where there are fewer.  Throws
+    // Error for what is none of the caller's files.
     using SizeLimit = std::function<uint64_t(std::span<const std::byte> head, const std::string& name)>;
     // A pipe is read little further than that, so that an endless one ends.
     InputFile(const std::string& path, const SizeLimit& limit);

@@ -9,8 +9,8 @@
 
 namespace core {
 
-// As std::sort, of elements of which none are equal: the order of such would depend on the threads.  The thread
-// sanitizer sees std::sort, for the reason at run_on_plain_threads().
+// As std::sort, of elements of which none are equal: the order of such would depend on the threads.  The
+// thread sanitizer sees std::sort, for the reason at run_on_plain_threads().
 template <class Iterator>
 void parallel_sort(Iterator first, Iterator last) {
 #ifdef __SANITIZE_THREAD__

@@ -10,9 +10,10 @@ namespace geom {
 struct TriangleBatch {
     static constexpr int kCapacity = 512;  // a multiple of every vector length
     int count = 0;
-    alignas(64) float x[3][kCapacity], y[3][kCapacity], z[3][kCapacity];     // corners
-    alignas(64) float nx[3][kCapacity], ny[3][kCapacity], nz[3][kCapacity];  // unit normals there; flat: three times the same
-    alignas(64) uint32_t colour[kCapacity];                                  // 0x00BBGGRR; grey models: ignored
+    alignas(64) float x[3][kCapacity], y[3][kCapacity], z[3][kCapacity];  // corners
+    alignas(64) float nx[3][kCapacity], ny[3][kCapacity],
+        nz[3][kCapacity];                    // unit normals there; flat: three times the same
+    alignas(64) uint32_t colour[kCapacity];  // 0x00BBGGRR; grey models: ignored
 };
 
 }  // namespace geom

@@ -34,8 +34,8 @@ class SplatPainter final : public render::SplatPainter {
     void add(size_t task, const render::TriangleBatch& batch) override;
     void end_task(size_t) override {}
 
-    // Throws core::Error where GL fails, as for want of memory: 36 bytes a splat and 108 a triangle, twice, and
-    // of the picture, or the 4096 x 4096 of it that are drawn at a time, up to 68 a pixel.
+    // Throws core::Error where GL fails, as for want of memory: 36 bytes a splat and 108 a triangle, twice,
+    // and of the picture, or the 4096 x 4096 of it that are drawn at a time, up to 68 a pixel.
     void finish(render::Frame& frame) override;
 
   private:

@@ -21,9 +21,9 @@ struct SplatVariant {
     render::SplatKind kind;
     render::Shade shade;
     bool has_colour;
-    bool has_limits;  // near or far
+    bool has_limits;     // near or far
     bool has_triangles;  // which splats may be behind
-    bool quads;       // rectangles, for splats that are large or near the eye, instead of points
+    bool quads;          // rectangles, for splats that are large or near the eye, instead of points
     // What is summed has colours of its own to be shaded with.
     bool has_material() const {
         return (has_colour || shade == render::Shade::level) && shade != render::Shade::normal;

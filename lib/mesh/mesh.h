@@ -60,7 +60,8 @@ ReadResult read_mesh(core::InputFile file, const ReadOptions& options = {});
 ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::string& name,
                            const ReadOptions& options = {});
 
-// Binary little-endian PLY of what the mesh holds (radii as `radius`; double coordinates where the origin is not 0).
+// Binary little-endian PLY of what the mesh holds (radii as `radius`; double coordinates where the origin is
+// not 0).
 std::string to_ply(const Mesh& mesh);
 
 }  // namespace mesh

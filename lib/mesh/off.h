@@ -8,8 +8,8 @@
 
 namespace mesh {
 
-// Text or, where "BINARY" stands behind the keyword, binary as Geomview writes it.  Colours of faces are passed
-// over.  Throws Error "file: line N: ...", of a binary file "file: face N: ...".
+// Text or, where "BINARY" stands behind the keyword, binary as Geomview writes it.  Colours of faces are
+// passed over.  Throws Error "file: line N: ...", of a binary file "file: face N: ...".
 ReadResult read_off(const Source& source, const ReadOptions& options);
 
 // True if `word` is the keyword an OFF file begins with, in any variant.

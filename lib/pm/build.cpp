@@ -9,9 +9,9 @@
 #include "pm/build/details.h"
 #include "pm/build/locality.h"
 #include "pm/build/manifold.h"
-#include "pm/model.h"
 #include "pm/build/simplify.h"
 #include "pm/build/writer.h"
+#include "pm/model.h"
 
 namespace pm {
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "geom/camera.h"
+#include "ppve/client/reconstruction.h"
 #include "ppve/link.h"
 #include "ppve/messages.h"
-#include "ppve/client/reconstruction.h"
 
 namespace ppve {
 

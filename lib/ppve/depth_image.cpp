@@ -103,10 +103,10 @@ bool is_valid(const DepthCoding& coding) {
 
 DepthCoding choose_coding(const Frustum& frustum, double bound_px, double nearest, double farthest) {
     const bool perspective = frustum.projection == Projection::perspective;
-    const int wanted =
-        bound_px > 0
-            ? int(std::clamp(std::ceil(std::log2(frustum.view.focal_px / bound_px)) - 1, -1.0 * kMostStepBits, 1.0 * kMostStepBits))
-            : kFloatMantissaBits;
+    const int wanted = bound_px > 0
+                           ? int(std::clamp(std::ceil(std::log2(frustum.view.focal_px / bound_px)) - 1,
+                                            -1.0 * kMostStepBits, 1.0 * kMostStepBits))
+                           : kFloatMantissaBits;
     DepthCoding coding{.projection = frustum.projection,
                        .bits = perspective ? std::clamp(wanted, 1, kDoubleMantissaBits) : wanted};
     // Codes 0 and 1 are kept free of depths, so that rounding at the far end has room.
@@ -116,7 +116,8 @@ DepthCoding choose_coding(const Frustum& frustum, double bound_px, double neares
     };
     const auto fits = [&] {
         return span() < double(kMostCode) - 4 &&
-               (perspective || std::ldexp(std::max(std::abs(nearest), std::abs(farthest)), coding.bits) < kMostSteps / 2);
+               (perspective ||
+                std::ldexp(std::max(std::abs(nearest), std::abs(farthest)), coding.bits) < kMostSteps / 2);
     };
     while (coding.bits > (perspective ? 1 : -kMostStepBits) && !fits()) --coding.bits;
     coding.base = key_of(frustum.projection, farthest, coding.bits) - 2;

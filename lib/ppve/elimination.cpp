@@ -25,9 +25,10 @@ constexpr double kMostSlope = 30;  // footprints a pixel
 // Depths of cached points are single precision, positions somewhat worse; counts in very narrow frusta only.
 constexpr double kRounding = 0x1p-21;
 
-// Of a pixel that footprints must overlap together for its sample to be left out, beside a splat that is drawn
-// there: one alone may stand for a surface that is hardly sampled.  Against 0.5, pictures in motion lose 0.8 dB
-// with 0.4 and gain 0.2 dB with 0.6, but then 1.3% of a walk's points are duplicates (point_view_bench).
+// Of a pixel that footprints must overlap together for its sample to be left out, beside a splat that is
+// drawn there: one alone may stand for a surface that is hardly sampled.  Against 0.5, pictures in motion
+// lose 0.8 dB with 0.4 and gain 0.2 dB with 0.6, but then 1.3% of a walk's points are duplicates
+// (point_view_bench).
 constexpr float kEnough = 0.5f;
 
 // A patch and its place, of those in the frustum.

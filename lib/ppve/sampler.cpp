@@ -20,7 +20,9 @@ void Box::add(const glm::dvec3& point) {
     is_empty = false;
 }
 
-geom::Sphere Box::sphere() const { return {0.5 * (low + high), 0.5 * glm::length(high - low)}; }
+geom::Sphere Box::sphere() const {
+    return {0.5 * (low + high), 0.5 * glm::length(high - low)};
+}
 
 std::array<geom::Sphere, 8> Box::corners() const {
     std::array<geom::Sphere, 8> corners{};

@@ -24,8 +24,9 @@ struct Box {
     bool is_empty = true;
 
     void add(const glm::dvec3& point);
-    geom::Sphere sphere() const;                 // around it
-    std::array<geom::Sphere, 8> corners() const;  // of no radius: the outline of what only its box is known of
+    geom::Sphere sphere() const;  // around it
+    std::array<geom::Sphere, 8> corners()
+        const;  // of no radius: the outline of what only its box is known of
 };
 
 // Depths between which a frustum may meet a box: within near and far, and positive for a perspective one.

@@ -16,9 +16,9 @@ using geom::SplatBatch;
 using geom::TriangleBatch;
 
 // A splat holds what it stands for, and more: where a part of a surface is splats and the part beside it is
-// triangles, rims of splats would stand in front of triangles.  So splats are pushed back against triangles, and
-// against nothing else: a triangle shows where its depth is at most the splat's times 1 + push_back_px / focal
-// length in pixels.
+// triangles, rims of splats would stand in front of triangles.  So splats are pushed back against triangles,
+// and against nothing else: a triangle shows where its depth is at most the splat's times 1 + push_back_px /
+// focal length in pixels.
 constexpr double kPushBackPx = 2;  // less shows rims, more gains nothing
 
 // has_colour: the batches' colours are the material, else 0.9 grey.
@@ -33,8 +33,8 @@ struct SplatterOptions {
 
 constexpr int kMostSamples = 65536;  // of a picture, a side
 
-// Draws splats and triangles, frame after frame:  begin(), then for each task any number of add() and one end_task(), then
-// finish().
+// Draws splats and triangles, frame after frame:  begin(), then for each task any number of add() and one
+// end_task(), then finish().
 class SplatPainter {
   public:
     virtual ~SplatPainter() = default;
@@ -47,10 +47,10 @@ class SplatPainter {
     // batches by one thread in their order.
     virtual void add(size_t task, const SplatBatch& batch) = 0;
 
-    // Triangles are drawn as MeshPainter draws them, whatever the kind of the splats: they cover the pixels whose
-    // centres they cover, both sides of them, are shaded with normals interpolated between their corners,
-    // and do not blend.  Their corners are finite.  Shade::level gives them the colour of the finest splats.  Among
-    // a task's splats they may come in any order.
+    // Triangles are drawn as MeshPainter draws them, whatever the kind of the splats: they cover the pixels
+    // whose centres they cover, both sides of them, are shaded with normals interpolated between their
+    // corners, and do not blend.  Their corners are finite.  Shade::level gives them the colour of the finest
+    // splats.  Among a task's splats they may come in any order.
     virtual void add(size_t task, const TriangleBatch& batch) = 0;
 
     // Call after the last add() of a task that had any.

@@ -31,7 +31,8 @@ struct ImageDifference {
 };
 
 // `a` is judged against `b`.  Sizes must agree (core::Error).  Without depth, a pixel is covered where it
-// differs from `background`.  Frames with an alpha are laid over black.  Parallel; the same result for any number of threads.
+// differs from `background`.  Frames with an alpha are laid over black.  Parallel; the same result for any
+// number of threads.
 ImageDifference compare(const Image& a, const Image& b, glm::u8vec3 background);
 ImageDifference compare(const Frame& a, const Frame& reference, double focal_px);
 

@@ -29,10 +29,10 @@ struct Frame {
 
 // lit: material * (0.05 + 0.95 * max(0, n.l)), head light (l towards the eye along the view axis:
 // (0, 0, -1) in view space), material 0.9 grey or the surface's colour, rounded to the nearest byte;
-// a normal that faces away gets 0.05.  With a key light: as Light in shading.h has it.  normal: (n.x, -n.y, -n.z) mapped from -1..1 to 0..255, so that
-// right is red, up is green and a surface facing the eye is (128, 128, 255).  level: lit, the
-// material being a colour for the projected size of what was drawn (level_colour in shading.h).
-// flat: material, unlit.
+// a normal that faces away gets 0.05.  With a key light: as Light in shading.h has it.  normal: (n.x, -n.y,
+// -n.z) mapped from -1..1 to 0..255, so that right is red, up is green and a surface facing the eye is (128,
+// 128, 255).  level: lit, the material being a colour for the projected size of what was drawn (level_colour
+// in shading.h). flat: material, unlit.
 enum class Shade { lit, normal, level, flat };
 
 // How what is drawn looks, whoever draws it.
@@ -41,9 +41,9 @@ struct Look {
     glm::u8vec3 background{0, 0, 0};
     uint8_t background_alpha = 255;  // below 255 frames have an alpha
     // A pixel is the mean of so many by so many samples, at the centres of its equal squares: 1, 2 or 4.  The
-    // bytes are averaged as they would be stored, so that a picture of 2 x 2 samples is the one of twice the size
-    // scaled down.  The depth is that of one of the samples (Frame::depth_at): a mean of depths of two surfaces is
-    // on neither.
+    // bytes are averaged as they would be stored, so that a picture of 2 x 2 samples is the one of twice the
+    // size scaled down.  The depth is that of one of the samples (Frame::depth_at): a mean of depths of two
+    // surfaces is on neither.
     int samples_across = 1;
     std::optional<glm::dvec3> key_light{};  // the direction it comes from, world space, of any length but 0
 

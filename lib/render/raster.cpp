@@ -242,8 +242,8 @@ struct MeshRaster::State {
     }
 
     // The tile's pixels, of across x across samples each.
-    void shade_tile(const TiledRaster& raster, size_t tile_index, const TileBuffer& drawn, const Shader& shader,
-                    double scale, Frame& frame) const {
+    void shade_tile(const TiledRaster& raster, size_t tile_index, const TileBuffer& drawn,
+                    const Shader& shader, double scale, Frame& frame) const {
         const PixelBox tile = raster.tile(int(tile_index) % raster.tiles_x, int(tile_index) / raster.tiles_x);
         const int across = shader.look.samples_across;
         for (int j = tile.first_y; j <= tile.last_y; j += across) {

@@ -16,8 +16,8 @@ inline constexpr float kGreyMaterial = 255.0f * 0.9f;
 
 // What falls on a surface: a factor of its material is
 //     ambient + head * max(0, n.eye) + key * max(0, n.towards_key).
-// By default all light is the head light's.  A key light takes most of it; the head light is then left to fill
-// the shadows, so that no side is flat: what the key light does not reach still shows its form.
+// By default all light is the head light's.  A key light takes most of it; the head light is then left to
+// fill the shadows, so that no side is flat: what the key light does not reach still shows its form.
 struct Light {
     float ambient = 0.05f, head = 0.95f, key = 0;
     glm::vec3 towards_key{0};  // unit, view space

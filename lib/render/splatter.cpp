@@ -105,7 +105,9 @@ float inverse_of(const std::optional<double>& depth, double unit, float otherwis
 }  // namespace
 
 SetupParams::SetupParams(const geom::View& seen, const SplatterOptions& wanted)
-    : view(subdivided(seen, wanted.look.samples_across)), options(wanted), light(light_of(wanted.look, seen)) {
+    : view(subdivided(seen, wanted.look.samples_across)),
+      options(wanted),
+      light(light_of(wanted.look, seen)) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     least_w = inverse_of(view.far, options.depth_unit, -kInfinity);
     most_w = inverse_of(view.near, options.depth_unit, kInfinity);

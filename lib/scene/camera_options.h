@@ -31,8 +31,9 @@ struct CameraOptions {
     // Neither the eye nor the focal point was given.
     bool needs_outline() const;
 
-    // bounds: of the model.  outline: spheres that hold it more tightly, to fill the picture where they are needed.  aspect: width / height of the picture.  Throws core::UsageError where
-    // the options contradict each other or the camera looks nowhere.
+    // bounds: of the model.  outline: spheres that hold it more tightly, to fill the picture where they are
+    // needed.  aspect: width / height of the picture.  Throws core::UsageError where the options contradict
+    // each other or the camera looks nowhere.
     geom::Camera camera(geom::Sphere bounds, std::span<const geom::Sphere> outline, double aspect) const;
 
   private:

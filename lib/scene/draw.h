@@ -63,8 +63,8 @@ struct ModelPlan {
 // Around all of them; there is one at least.
 geom::Sphere bounds_of(std::span<const PlacedModel> models);
 
-// Spheres that hold all surfaces, some hundred for a model: those of its third level.  They stand in the first
-// four kilobytes of the file, so that the first picture of one that is arriving waits for no more.
+// Spheres that hold all surfaces, some hundred for a model: those of its third level.  They stand in the
+// first four kilobytes of the file, so that the first picture of one that is arriving waits for no more.
 inline constexpr uint32_t kOutlineLevel = 3;
 std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models);
 

@@ -69,7 +69,8 @@ Part occlusion_part(const splat::CutCounts& counts, Occlusion occlusion, bool ca
         return {"occlusion", true,
                 text("hides %llu nodes, with all below them", number(counts.occlusion_culled))};
     if (occlusion == Occlusion::off) return {"occlusion", false, "--occlusion off was given"};
-    return {"occlusion", false, can_hide ? "too little is hidden" : "only the back end cpu can prove what is hidden"};
+    return {"occlusion", false,
+            can_hide ? "too little is hidden" : "only the back end cpu can prove what is hidden"};
 }
 
 Part blending_part(const render::SplatterOptions& options) {
@@ -120,11 +121,10 @@ Explanation explain(ModelPainter& painter, const geom::View& view, const DrawOpt
         }
     }
     const render::SplatterOptions splatter = painter.splatter_options(options);
-    for (Part& part :
-         std::vector{sides_part(e.frame.draw.counts), depths_part(view),
-                     occlusion_part(e.frame.draw.counts, options.occlusion, painter.can_hide()),
-                     blending_part(splatter), normals_part(splatter), colours_part(splatter),
-                     bound_part(e.frame.draw, options.kind)})
+    for (Part& part : std::vector{sides_part(e.frame.draw.counts), depths_part(view),
+                                  occlusion_part(e.frame.draw.counts, options.occlusion, painter.can_hide()),
+                                  blending_part(splatter), normals_part(splatter), colours_part(splatter),
+                                  bound_part(e.frame.draw, options.kind)})
         e.parts.push_back(std::move(part));
     return e;
 }

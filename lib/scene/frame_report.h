@@ -20,7 +20,7 @@ struct RefinementReport {
 };
 
 struct FrameReport {
-    int frame = 0;  // from 0, as in the pictures' names
+    int frame = 0;      // from 0, as in the pictures' names
     std::string eye{};  // "left" or "right" where there are two
     double time_s = 0;
     std::string backend{};  // its name
@@ -37,8 +37,8 @@ struct FrameReport {
     double drawing_ms() const { return (budget ? budget->predict_ms : 0) + draw.traverse_ms + draw.draw_ms; }
     double total_ms() const { return drawing_ms() + write_ms; }
 
-    // What was drawn may be further off than was asked for: there was nothing finer.  Never with a threshold of 0,
-    // which asks for all there is, or one on diameters.
+    // What was drawn may be further off than was asked for: there was nothing finer.  Never with a threshold
+    // of 0, which asks for all there is, or one on diameters.
     bool misses_threshold() const {
         constexpr double kRounding = 1 + 1e-6;
         return cut.by == splat::CutBy::error && cut.threshold_px > 0 &&

@@ -46,7 +46,8 @@ bool is_progressive(const std::string& source);
 std::unique_ptr<ProgressiveSource> open_progressive(const std::string& source, int most_retries = 5);
 
 // Draws a mesh by a back end, exactly, with normals of its own or of its faces; depths are in world units.
-// Shade::level colours each triangle by its longest side in the picture, pixels, as splats are by their width.
+// Shade::level colours each triangle by its longest side in the picture, pixels, as splats are by their
+// width.
 void draw_mesh(const mesh::Mesh& mesh, const geom::View& view, const render::Look& look,
                render::SplatPainter& painter, render::Frame& frame);
 

@@ -18,9 +18,9 @@ struct ReferenceMeasures {
 };
 
 // The largest over all covered pixels of d * focal_px / z: d is the distance in space, from the surface, of
-// the point that the pixel shows (on the ray through where its depth z is taken, at that depth).  0 where nothing is
-// covered, infinity where a pixel's point is not finite.  This is what CutCounts::error_bound_px bounds.
-// Parallel, the same for any number of threads.
+// the point that the pixel shows (on the ray through where its depth z is taken, at that depth).  0 where
+// nothing is covered, infinity where a pixel's point is not finite.  This is what CutCounts::error_bound_px
+// bounds. Parallel, the same for any number of threads.
 double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View& view,
                          const render::Frame& frame);
 

@@ -13,13 +13,13 @@
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "splat/build/cloud.h"
-#include "splat/compress.h"
 #include "splat/build/encode.h"
 #include "splat/build/errors.h"
 #include "splat/build/layout.h"
-#include "splat/model.h"
 #include "splat/build/tree.h"
 #include "splat/build/triangle_surface.h"
+#include "splat/compress.h"
+#include "splat/model.h"
 
 namespace splat {
 
@@ -528,8 +528,8 @@ class Builder {
                 core::ProcessorWatch watch;
                 Surface surface = gather_triangles(in, triangles_, boundary_[s], counts[s].open_fans);
                 counts[s].ms.surface = watch.lap_ms();
-                model_.subtrees[s] = encode_triangles(std::move(surface), gap_sides_[s], !mesh_.colours.empty(),
-                                                      subtree_parent_[s], counts[s]);
+                model_.subtrees[s] = encode_triangles(std::move(surface), gap_sides_[s],
+                                                      !mesh_.colours.empty(), subtree_parent_[s], counts[s]);
                 return;
             }
             SubtreeInput in;

@@ -9,9 +9,9 @@
 #include "core/file.h"
 #include "mesh/mesh.h"
 #include "splat/build/encode.h"
+#include "splat/build/triangle_leaves.h"
 #include "splat/format.h"
 #include "splat/info.h"
-#include "splat/build/triangle_leaves.h"
 
 namespace splat {
 

@@ -10,8 +10,8 @@
 #include "splat/coding/block_codec.h"
 #include "splat/coding/block_index.h"
 #include "splat/coding/coded_file.h"
-#include "splat/model.h"
 #include "splat/coding/run_codec.h"
+#include "splat/model.h"
 
 namespace splat {
 

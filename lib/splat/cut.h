@@ -52,11 +52,11 @@ struct CutOptions {
     CutBy by = CutBy::error;
     double threshold_px = 1;     // 0 and less, and NaN, draw leaves only
     bool cull_backfaces = true;  // where the model's surface allows it
-    // Where not null, waiting nodes are listed and numbered, each with the next after this one, and colours are
-    // these numbers: 0 for what does not wait.  Several cuts may share it.
+    // Where not null, waiting nodes are listed and numbered, each with the next after this one, and colours
+    // are these numbers: 0 for what does not wait.  Several cuts may share it.
     std::atomic<uint32_t>* last_number = nullptr;
-    // Least diameter of a leaf that is handed out as a triangle, where leaves are; 0: all of them.  In a block most of
-    // whose leaves are smaller, twice that: it would be read for a few of them.
+    // Least diameter of a leaf that is handed out as a triangle, where leaves are; 0: all of them.  In a
+    // block most of whose leaves are smaller, twice that: it would be read for a few of them.
     double triangle_px = std::numeric_limits<double>::infinity();
 };
 
@@ -90,7 +90,7 @@ struct CutCounts {
 
 // A node that is drawn although it should be opened, or a leaf that lacks its triangle.
 struct WaitingNode {
-    uint64_t block;    // that is not there
+    uint64_t block;  // that is not there
     uint32_t number;
     uint32_t level;    // of the tree; 0 is the root
     glm::vec3 centre;  // in view space, in the splats' unit

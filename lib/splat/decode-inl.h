@@ -1,5 +1,6 @@
-// decode_normal(), frame_about() and decode_offset() of node.h, a lane a node: the same operations in the same order, so
-// that the same bits come out.  Included once for each SIMD target, by sources that use Highway's foreach_target.h.
+// decode_normal(), frame_about() and decode_offset() of node.h, a lane a node: the same operations in the
+// same order, so that the same bits come out.  Included once for each SIMD target, by sources that use
+// Highway's foreach_target.h.
 #if defined(QS_SPLAT_DECODE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef QS_SPLAT_DECODE_INL_H
 #undef QS_SPLAT_DECODE_INL_H
@@ -27,14 +28,16 @@ HWY_INLINE FrameLanes<V> FrameAbout(D d, const Vector3<V>& n) {
     const V sign = hn::CopySign(one, n.z);
     const V a = hn::Div(hn::Neg(one), hn::Add(sign, n.z));
     const V b = hn::Mul(hn::Mul(n.x, n.y), a);
-    return {{hn::Add(one, hn::Mul(sign, hn::Mul(hn::Mul(n.x, n.x), a))), hn::Mul(sign, b), hn::Mul(hn::Neg(sign), n.x)},
+    return {{hn::Add(one, hn::Mul(sign, hn::Mul(hn::Mul(n.x, n.x), a))), hn::Mul(sign, b),
+             hn::Mul(hn::Neg(sign), n.x)},
             {b, hn::Add(sign, hn::Mul(hn::Mul(n.y, n.y), a)), hn::Neg(n.y)},
             n};
 }
 
 // cone_tan: kConeTan of the parent's cone, where it has one.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE Vector3<V> DecodeNormal(D d, hn::Vec<hn::Rebind<uint32_t, D>> code, const FrameLanes<V>& parent, V cone_tan, hn::Mask<D> any_direction) {
+HWY_INLINE Vector3<V> DecodeNormal(D d, hn::Vec<hn::Rebind<uint32_t, D>> code, const FrameLanes<V>& parent,
+                                   V cone_tan, hn::Mask<D> any_direction) {
     const hn::Rebind<uint32_t, D> du;
     const auto row = hn::ShiftRight<16>(hn::Mul(code, hn::Set(du, 2115u)));  // code / 31
     const auto column = hn::Sub(code, hn::Mul(row, hn::Set(du, uint32_t(kNormalSteps))));
@@ -51,8 +54,10 @@ HWY_INLINE Vector3<V> DecodeNormal(D d, hn::Vec<hn::Rebind<uint32_t, D>> code, c
     const V px = hn::Mul(x, cone_tan), py = hn::Mul(y, cone_tan);
     const V q = hn::Add(hn::Mul(px, px), hn::Mul(py, py));
     const V k = hn::Div(one, hn::Add(one, q));
-    const Vector3<V> local{hn::Mul(hn::Mul(two, px), k), hn::Mul(hn::Mul(two, py), k), hn::Mul(hn::Sub(one, q), k)};
-    Vector3<V> n{Dot(local, Vector3<V>{parent.t1.x, parent.t2.x, parent.n.x}), Dot(local, Vector3<V>{parent.t1.y, parent.t2.y, parent.n.y}),
+    const Vector3<V> local{hn::Mul(hn::Mul(two, px), k), hn::Mul(hn::Mul(two, py), k),
+                           hn::Mul(hn::Sub(one, q), k)};
+    Vector3<V> n{Dot(local, Vector3<V>{parent.t1.x, parent.t2.x, parent.n.x}),
+                 Dot(local, Vector3<V>{parent.t1.y, parent.t2.y, parent.n.y}),
                  Dot(local, Vector3<V>{parent.t1.z, parent.t2.z, parent.n.z})};
     if (!hn::AllFalse(d, any_direction)) {  // octahedron in model axes
         const V ax = hn::Abs(x), ay = hn::Abs(y);
@@ -68,11 +73,14 @@ HWY_INLINE Vector3<V> DecodeNormal(D d, hn::Vec<hn::Rebind<uint32_t, D>> code, c
 
 // Times the parent's radius.  radius_level: kRadius of the place's level.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE Vector3<V> DecodeOffset(D d, hn::Vec<hn::Rebind<uint32_t, D>> place, V radius_level, const FrameLanes<V>& frame, V parent_radius) {
+HWY_INLINE Vector3<V> DecodeOffset(D d, hn::Vec<hn::Rebind<uint32_t, D>> place, V radius_level,
+                                   const FrameLanes<V>& frame, V parent_radius) {
     const hn::Rebind<uint32_t, D> du;
     const hn::RebindToSigned<D> di;
     const V one = hn::Set(d, 1.0f);
-    const auto field = [&](auto v, uint32_t mask) HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(di, hn::And(v, hn::Set(du, mask)))); };
+    const auto field = [&](auto v, uint32_t mask) HWY_ATTR {
+        return hn::ConvertTo(d, hn::BitCast(di, hn::And(v, hn::Set(du, mask))));
+    };
     const auto step = [&](V k, float middle, float scale, float linear) HWY_ATTR {
         const V u = hn::Mul(hn::Sub(k, hn::Set(d, middle)), hn::Set(d, scale));
         return hn::Mul(u, hn::Add(hn::Set(d, linear), hn::Mul(hn::Set(d, 1.0f - linear), hn::Abs(u))));
@@ -87,8 +95,11 @@ HWY_INLINE Vector3<V> DecodeOffset(D d, hn::Vec<hn::Rebind<uint32_t, D>> place, 
     const V limit = hn::Mul(hn::Set(d, 1.0f + kSlack), hn::Sub(one, radius_level));
     const V s = hn::IfThenElse(hn::Gt(q, one), hn::Div(limit, hn::Sqrt(q)), limit);
     a = hn::Mul(a, s), b = hn::Mul(b, s), c = hn::Mul(c, s);
-    const auto sum = [&](V p, V o, V w) HWY_ATTR { return hn::Mul(hn::Add(hn::Add(hn::Mul(a, p), hn::Mul(b, o)), hn::Mul(c, w)), parent_radius); };
-    return {sum(frame.t1.x, frame.t2.x, frame.n.x), sum(frame.t1.y, frame.t2.y, frame.n.y), sum(frame.t1.z, frame.t2.z, frame.n.z)};
+    const auto sum = [&](V p, V o, V w) HWY_ATTR {
+        return hn::Mul(hn::Add(hn::Add(hn::Mul(a, p), hn::Mul(b, o)), hn::Mul(c, w)), parent_radius);
+    };
+    return {sum(frame.t1.x, frame.t2.x, frame.n.x), sum(frame.t1.y, frame.t2.y, frame.n.y),
+            sum(frame.t1.z, frame.t2.z, frame.n.z)};
 }
 
 }  // namespace HWY_NAMESPACE

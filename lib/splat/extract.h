@@ -15,8 +15,9 @@ namespace splat {
 // has colour.  Coordinates are double where single precision would be coarser than 1e-6 of the model's
 // radius.
 //
-// Where leaves are triangles, the last level is a mesh: a binary little-endian PLY of vertices, x y z, those that share
-// a place on the lattice made one, and faces, vertex_indices and red green blue where the model has colour.
+// Where leaves are triangles, the last level is a mesh: a binary little-endian PLY of vertices, x y z, those
+// that share a place on the lattice made one, and faces, vertex_indices and red green blue where the model
+// has colour.
 //
 // Throws core::Error: no such level, a damaged block, triangles that are not there.
 struct CutWritten {

@@ -26,16 +26,19 @@ void check_layout(const Header& h, const std::string& name) {
         refuse(name, core::text("block size %u is not a power of two from %u to %u", h.block_size,
                                 kMinBlockSize, kMaxBlockSize));
     if (h.root_children < 1 || h.root_children > kMaxFanOut)
-        refuse(name, core::text("the root has %u children, 1 to %d are possible", h.root_children, kMaxFanOut));
+        refuse(name,
+               core::text("the root has %u children, 1 to %d are possible", h.root_children, kMaxFanOut));
     if (h.block_count == 0 || h.block_count > (uint64_t(1) << 46) / h.block_size)
-        refuse(name, core::text("block count %llu is out of range", static_cast<unsigned long long>(h.block_count)));
+        refuse(name, core::text("block count %llu is out of range",
+                                static_cast<unsigned long long>(h.block_count)));
     if (h.triangle_blocks >= h.block_count || h.has_triangles() != (h.triangle_blocks > 0))
-        refuse(name, core::text("%llu of %llu blocks for triangles", static_cast<unsigned long long>(h.triangle_blocks),
+        refuse(name, core::text("%llu of %llu blocks for triangles",
+                                static_cast<unsigned long long>(h.triangle_blocks),
                                 static_cast<unsigned long long>(h.block_count)));
     if (h.lattice_bits > kMaxLatticeBits || h.has_triangles() != (h.lattice_bits > 0))
         refuse(name, core::text("a lattice of %u bits", h.lattice_bits));
-    if (h.node_count < h.root_children || h.node_count > h.node_blocks() * h.capacity() || h.leaf_count > h.node_count ||
-        h.leaf_count == 0)
+    if (h.node_count < h.root_children || h.node_count > h.node_blocks() * h.capacity() ||
+        h.leaf_count > h.node_count || h.leaf_count == 0)
         refuse(name, core::text("%llu nodes with %llu leaves do not go with %llu blocks",
                                 static_cast<unsigned long long>(h.node_count),
                                 static_cast<unsigned long long>(h.leaf_count),
@@ -60,7 +63,8 @@ void check_root(const Header& h, const std::string& name) {
 
 void check_gap(std::span<const std::byte> bytes, const std::string& name) {
     for (size_t at = kHeaderSize; at < std::min(bytes.size(), kBlocksAt); ++at)
-        if (bytes[at] != std::byte{0}) refuse(name, core::text("byte %zu is not 0, as all before the blocks are", at));
+        if (bytes[at] != std::byte{0})
+            refuse(name, core::text("byte %zu is not 0, as all before the blocks are", at));
 }
 
 }  // namespace
@@ -116,8 +120,12 @@ bool begins_with(std::span<const std::byte> bytes, const char (&magic)[8]) {
 
 }  // namespace
 
-bool is_model(std::span<const std::byte> bytes) { return begins_with(bytes, kMagic) || is_coded(bytes); }
-bool is_coded(std::span<const std::byte> bytes) { return begins_with(bytes, kCodedMagic); }
+bool is_model(std::span<const std::byte> bytes) {
+    return begins_with(bytes, kMagic) || is_coded(bytes);
+}
+bool is_coded(std::span<const std::byte> bytes) {
+    return begins_with(bytes, kCodedMagic);
+}
 
 uint64_t file_bytes(std::span<const std::byte> head, const std::string& name) {
     const Header header = parse_header(head, name);
@@ -130,21 +138,25 @@ uint64_t file_bytes(std::span<const std::byte> head, const std::string& name) {
 Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     if (is_coded(bytes)) {
         if (bytes.size() < kCodedHeaderSize + kHeaderSize)
-            throw core::Error(core::text("%s: cut off at byte %zu, before the end of its header", name.c_str(), bytes.size()));
+            throw core::Error(core::text("%s: cut off at byte %zu, before the end of its header",
+                                         name.c_str(), bytes.size()));
         return parse_header(bytes.subspan(kCodedHeaderSize, kHeaderSize), name);
     }
     if (!is_model(bytes)) {
         const bool original = bytes.size() >= 6 && std::memcmp(bytes.data(), "QSplat", 6) == 0;
-        throw core::Error(name + (original ? ": a model of the original QSplat program; qs-build makes it one of qs-tools"
-                                           : ": not a splat model (its first bytes are not 'qs-model')"));
+        throw core::Error(
+            name + (original ? ": a model of the original QSplat program; qs-build makes it one of qs-tools"
+                             : ": not a splat model (its first bytes are not 'qs-model')"));
     }
     if (bytes.size() < kHeaderSize)
-        throw core::Error(core::text("%s: cut off at byte %zu, the header has %zu", name.c_str(), bytes.size(), kHeaderSize));
+        throw core::Error(core::text("%s: cut off at byte %zu, the header has %zu", name.c_str(),
+                                     bytes.size(), kHeaderSize));
     core::ByteReader r(bytes, name);
     r.take<uint64_t>();
     const auto version = r.take<uint32_t>();
     if (version < 1 || version > kVersion)
-        throw core::Error(core::text("%s: format version %u, this program reads versions 1 to %u", name.c_str(), version, kVersion));
+        throw core::Error(core::text("%s: format version %u, this program reads versions 1 to %u",
+                                     name.c_str(), version, kVersion));
     uint64_t sum;
     std::memcpy(&sum, bytes.data() + kHeaderChecksumAt, sizeof(sum));
     const uint64_t found = XXH3_64bits(bytes.data(), kHeaderChecksumAt);
@@ -152,7 +164,8 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
         refuse(name, core::text("checksum %016llx, stored is %016llx", static_cast<unsigned long long>(found),
                                 static_cast<unsigned long long>(sum)));
     if (const auto at = r.take<uint32_t>(); at != kBlocksAt)
-        refuse(name, core::text("blocks from byte %u on, version %u has them from %zu on; build the model again with qs-build",
+        refuse(name, core::text("blocks from byte %u on, version %u has them from %zu on; build the model "
+                                "again with qs-build",
                                 at, version, kBlocksAt));
     Header h;
     h.block_size = r.take<uint32_t>();

@@ -118,7 +118,8 @@ std::vector<ChannelInfo> channels_of(const Header& h, const CompressedSizes& siz
         channels.push_back({channel, bytes(channel)});
     if (h.has_colour()) channels.push_back({"colour", bytes("colour")});
     if (h.has_triangles()) channels.push_back({"triangles", bytes("triangles")});
-    if (sizes.blocks_as_they_are > 0) channels.push_back({"blocks_as_they_are", sizes.blocks_as_they_are * sizes.block_size});
+    if (sizes.blocks_as_they_are > 0)
+        channels.push_back({"blocks_as_they_are", sizes.blocks_as_they_are * sizes.block_size});
     channels.push_back({"tables", sizes.table_bytes});
     channels.push_back({"index", sizes.index_bytes});
     uint64_t used = 0;
@@ -199,7 +200,8 @@ std::string to_text(const Info& info) {
     line("scale", core::text("%.9g (radius of the root)", h.scale));
     line("blocks", core::text("%llu of %u bytes", number(h.block_count), h.block_size));
     if (info.is_compressed)
-        line("compressed", core::text("yes, %.1f %% of %llu bytes", 100.0 * double(info.file_bytes) / double(info.plain_bytes),
+        line("compressed", core::text("yes, %.1f %% of %llu bytes",
+                                      100.0 * double(info.file_bytes) / double(info.plain_bytes),
                                       number(info.plain_bytes)));
     line("file", size_text(info.file_bytes) +
                      core::text(" (%llu bytes), %.3f bytes a vertex", number(info.file_bytes),

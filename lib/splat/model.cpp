@@ -33,11 +33,13 @@ Header arriving_header(const BlockSource& source) {
 
 std::unique_ptr<CodedFile> arriving_coded_file(const BlockSource& source) {
     const auto is_there = [&source](const CodedPlace& place) { return source.has(place.offset, place.size); };
-    auto coded = std::make_unique<CodedFile>(std::span(source.data(), source.file_bytes()), is_there, source.name());
+    auto coded =
+        std::make_unique<CodedFile>(std::span(source.data(), source.file_bytes()), is_there, source.name());
     if (source.file_bytes() < coded->file_size())
-        throw core::Error(core::text("%s: is cut off at byte %llu of %llu; a compressed file that is can be drawn once it is "
-                                     "here ('qs-fetch get'), and not while it arrives",
-                                     source.name().c_str(), number(source.file_bytes()), number(coded->file_size())));
+        throw core::Error(core::text(
+            "%s: is cut off at byte %llu of %llu; a compressed file that is can be drawn once it is "
+            "here ('qs-fetch get'), and not while it arrives",
+            source.name().c_str(), number(source.file_bytes()), number(coded->file_size())));
     return coded;
 }
 
@@ -48,7 +50,10 @@ uint64_t header_extent(std::span<const std::byte> head) {
 }
 
 Model::Model(core::InputFile file)
-    : file_(std::move(file)), name_(file_->name()), header_(parse_header(file_->bytes(), name_)), layout_(header_) {
+    : file_(std::move(file)),
+      name_(file_->name()),
+      header_(parse_header(file_->bytes(), name_)),
+      layout_(header_) {
     if (is_coded(file_->bytes())) {
         coded_ = std::make_unique<CodedFile>(file_->bytes(), file_->name());
         take_coded(coded_->count_present());
@@ -60,7 +65,10 @@ Model::Model(core::InputFile file)
 }
 
 Model::Model(std::unique_ptr<const BlockSource> source)
-    : source_(std::move(source)), name_(source_->name()), header_(arriving_header(*source_)), layout_(header_) {
+    : source_(std::move(source)),
+      name_(source_->name()),
+      header_(arriving_header(*source_)),
+      layout_(header_) {
     if (is_coded({source_->data(), kHeaderSize})) {
         coded_ = arriving_coded_file(*source_);
         take_coded(header_.block_count);
@@ -80,7 +88,8 @@ void Model::take_coded(uint64_t blocks_present) {
 
 void Model::make_room_for_blocks() {
     if (blocks_present_ == 0)
-        throw core::Error(core::text("%s: cut off at byte %zu, before the end of the first block", name_.c_str(), size_bytes()));
+        throw core::Error(core::text("%s: cut off at byte %zu, before the end of the first block",
+                                     name_.c_str(), size_bytes()));
     checked_ = core::AddressSpace(blocks_present_, name_);
 }
 
@@ -111,8 +120,9 @@ uint64_t Model::mean_block_bytes() const {
 
 std::array<std::byte, kHeaderSize> Model::header_bytes() const {
     std::array<std::byte, kHeaderSize> bytes;
-    const std::byte* const from =
-        coded_ ? coded_->plain_header().data() : source_ ? source_->data() : file_->bytes().data();
+    const std::byte* const from = coded_    ? coded_->plain_header().data()
+                                  : source_ ? source_->data()
+                                            : file_->bytes().data();
     std::copy_n(from, kHeaderSize, bytes.begin());
     return bytes;
 }
@@ -140,7 +150,8 @@ Node Model::root() const {
 }
 
 void Model::fault(uint64_t number, const std::string& what) const {
-    throw core::Error(core::text("%s: block %llu at byte %llu: %s", name().c_str(), static_cast<unsigned long long>(number),
+    throw core::Error(core::text("%s: block %llu at byte %llu: %s", name().c_str(),
+                                 static_cast<unsigned long long>(number),
                                  static_cast<unsigned long long>(offset_of(number)), what.c_str()));
 }
 
@@ -185,7 +196,8 @@ void Model::check_block(uint64_t number) const {
     const uint32_t found = block_checksum(bytes, number);
     if (found != stored) fault(number, core::text("checksum %08x, stored is %08x", found, stored));
     if (number < header_.node_blocks()) check_nodes(number, bytes);
-    if (checked(number).exchange(1, std::memory_order_acq_rel) == 0) blocks_used_.fetch_add(1, std::memory_order_relaxed);
+    if (checked(number).exchange(1, std::memory_order_acq_rel) == 0)
+        blocks_used_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void Model::check_nodes(uint64_t number, std::span<const std::byte> bytes) const {
@@ -211,7 +223,8 @@ void BlockView::open(const Model& model, uint64_t number) {
     attitude_ = reinterpret_cast<const uint16_t*>(bytes + layout.attitude);
     place_ = reinterpret_cast<const uint16_t*>(bytes + layout.place);
     shape_ = reinterpret_cast<const uint8_t*>(bytes + layout.shape);
-    colour_ = model.header().has_colour() ? reinterpret_cast<const uint16_t*>(bytes + layout.colour) : nullptr;
+    colour_ =
+        model.header().has_colour() ? reinterpret_cast<const uint16_t*>(bytes + layout.colour) : nullptr;
     child_slot_ = head.child_slot;
     if (model.header().has_triangles()) {
         std::memcpy(&triangles_at_, bytes + kBlockTrianglesAt, sizeof(triangles_at_));

@@ -1,8 +1,9 @@
 // A splat model that is being read: a mapped file, or a prefix of one, or one of which more and more arrives.
 //
 // Blocks are checked when they are first used (checksum, counts, pointers), once, by whichever
-// thread comes first; after that nodes are decoded straight from the mapped bytes.  Those of a compressed file are
-// then first brought into their plain form, into memory of the model's own: it takes what is used of it, and keeps it.
+// thread comes first; after that nodes are decoded straight from the mapped bytes.  Those of a compressed
+// file are then first brought into their plain form, into memory of the model's own: it takes what is used of
+// it, and keeps it.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +25,8 @@
 
 namespace splat {
 
-// How many bytes from the beginning of a file its header takes, with what is needed to read blocks; told by the first
-// 1024 of them, or all.
+// How many bytes from the beginning of a file its header takes, with what is needed to read blocks; told by
+// the first 1024 of them, or all.
 uint64_t header_extent(std::span<const std::byte> head);
 
 // Where a sibling group lies: `slot` of its first node in `block`.
@@ -38,12 +39,12 @@ struct GroupAt {
 class Model {
   public:
     // `path` "-" is standard input.  A file that is cut off is a coarser model.
-    // Throws core::Error: not a model, header damaged, not one whole block; of a compressed one also: no address space
-    // for it.
+    // Throws core::Error: not a model, header damaged, not one whole block; of a compressed one also: no
+    // address space for it.
     explicit Model(const std::string& path);
     Model(core::InputFile file);
-    // One that is arriving: its header must be there, all of header_extent().  Throws core::Error as above, and where
-    // the source does not have all of a compressed one.
+    // One that is arriving: its header must be there, all of header_extent().  Throws core::Error as above,
+    // and where the source does not have all of a compressed one.
     explicit Model(std::unique_ptr<const BlockSource> source);
 
     const Header& header() const { return header_; }
@@ -61,8 +62,8 @@ class Model {
     // What a block takes in the file, in the mean; in a plain one each does.
     uint64_t mean_block_bytes() const;
 
-    // Of one that is arriving: the bytes of the file that are needed next for a block.  They are its own, or, in a
-    // compressed one, those of a page of the index that is needed to find it.
+    // Of one that is arriving: the bytes of the file that are needed next for a block.  They are its own, or,
+    // in a compressed one, those of a page of the index that is needed to find it.
     FoundPlace next_bytes(uint64_t block) const;
 
     // Bytes from the beginning of the file to the end of a block that is present.
@@ -70,8 +71,8 @@ class Model {
 
     Node root() const;
 
-    // Whether a block of nodes, or of either kind, is there.  Of a model that is arriving the answer stays the
-    // same until take_stock().  From any thread.
+    // Whether a block of nodes, or of either kind, is there.  Of a model that is arriving the answer stays
+    // the same until take_stock().  From any thread.
     bool has_block(uint64_t block) const { return block < node_blocks_present() && is_there(block); }
     bool is_there(uint64_t block) const {
         if (!source_) return block < blocks_present_;
@@ -123,18 +124,19 @@ class Model {
         return own_.bytes().subspan(number * header_.block_size, header_.block_size);
     }
 
-    std::optional<core::InputFile> file_;      // empty where it is arriving
+    std::optional<core::InputFile> file_;        // empty where it is arriving
     std::unique_ptr<const BlockSource> source_;  // null: all that will ever be there is
     std::string name_;
     Header header_;
     BlockLayout layout_;
     std::unique_ptr<CodedFile> coded_;
-    core::AddressSpace own_;              // plain blocks of a compressed file
-    const std::byte* blocks_ = nullptr;   // plain blocks
+    core::AddressSpace own_;                     // plain blocks of a compressed file
+    const std::byte* blocks_ = nullptr;          // plain blocks
     mutable std::array<std::mutex, 16> taking_;  // by block number: two threads do not fill one block
     uint64_t blocks_present_ = 0;
-    core::AddressSpace checked_;     // by block: 1 where it was
-    core::AddressSpace looked_for_;  // by block: 2 * the stock of the last look + 1 where it was there; 32 bits
+    core::AddressSpace checked_;  // by block: 1 where it was
+    core::AddressSpace
+        looked_for_;  // by block: 2 * the stock of the last look + 1 where it was there; 32 bits
     mutable uint32_t stock_ = 1;
     mutable std::atomic<uint64_t> blocks_used_{0};
 };
@@ -158,7 +160,7 @@ class BlockView {
     uint32_t node_count() const { return node_count_; }
     const uint16_t* attitude() const { return attitude_; }
     const uint16_t* place() const { return place_; }
-    const uint8_t* shape() const { return shape_; }  // two nodes a byte, even slot in the low half
+    const uint8_t* shape() const { return shape_; }     // two nodes a byte, even slot in the low half
     const uint16_t* colour() const { return colour_; }  // null without the channel
 
     uint8_t shape_of(uint32_t slot) const { return uint8_t(shape_[slot / 2] >> (slot & 1 ? 4 : 0) & 15); }

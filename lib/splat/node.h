@@ -32,12 +32,13 @@ constexpr float kAcrossLinear = 0.7f, kAlongLinear = 0.35f;  // slopes of the la
 
 // r of each level: closest where children of full groups lie, and 1 for the child that is as large as
 // its parent.
-inline constexpr float kRadius[kRadiusLevels] = {0.200f, 0.245f, 0.280f, 0.310f, 0.340f, 0.370f, 0.400f, 0.432f,
-                                                 0.466f, 0.502f, 0.545f, 0.595f, 0.655f, 0.730f, 0.840f, 1.0f};
+inline constexpr float kRadius[kRadiusLevels] = {0.200f, 0.245f, 0.280f, 0.310f, 0.340f, 0.370f,
+                                                 0.400f, 0.432f, 0.466f, 0.502f, 0.545f, 0.595f,
+                                                 0.655f, 0.730f, 0.840f, 1.0f};
 inline constexpr float kFlatness[4] = {0.035f, 0.12f, 0.36f, 1.0f};
-// By flatness; those of any shape may reach 2 where it stands over a hole.  Closest where the nodes one and two levels
-// above leaves lie, which are what is drawn at a pixel: with steps of nearly 2 there, x16 takes a tenth more splats for
-// 35 dB.
+// By flatness; those of any shape may reach 2 where it stands over a hole.  Closest where the nodes one and
+// two levels above leaves lie, which are what is drawn at a pixel: with steps of nearly 2 there, x16 takes a
+// tenth more splats for 35 dB.
 inline constexpr float kErrorOfRadius[4][8] = {{0.1f, 0.16f, 0.25f, 0.38f, 0.55f, 0.8f, 1.2f, 2.0f},
                                                {0.1f, 0.16f, 0.25f, 0.38f, 0.55f, 0.8f, 1.2f, 2.0f},
                                                {0.15f, 0.25f, 0.36f, 0.5f, 0.68f, 0.92f, 1.3f, 2.0f},
@@ -106,7 +107,9 @@ inline float along_step(int k) {
     const float u = (float(k) - 15.5f) * (1.0f / 16.0f);
     return u * (kAlongLinear + (1.0f - kAlongLinear) * std::fabs(u));
 }
-inline float centre_limit(int level) { return (1.0f + kSlack) * (1.0f - kRadius[level]); }
+inline float centre_limit(int level) {
+    return (1.0f + kSlack) * (1.0f - kRadius[level]);
+}
 
 // Offset of the centre from the parent's, in parts of the parent's radius; points beyond the limit are
 // pulled back onto it.  `frame` is that of the node's own decoded normal.
@@ -114,14 +117,14 @@ inline glm::vec3 decode_offset(uint32_t place, const Frame& frame) {
     const int level = int(place & 15u);
     const float limit = centre_limit(level);
     const uint32_t across = place >> 4 & 127u;
-    const uint32_t row = across / uint32_t(kAcrossSteps);  // 11 for codes that are not used: outside, pulled back
+    const uint32_t row =
+        across / uint32_t(kAcrossSteps);  // 11 for codes that are not used: outside, pulled back
     float a = across_step(int(across % uint32_t(kAcrossSteps))), b = across_step(int(row));
     float c = along_step(int(place >> 11));
     const float q = a * a + b * b + c * c;
     const float s = q > 1.0f ? limit / std::sqrt(q) : limit;
     a *= s, b *= s, c *= s;
-    return {a * frame.t1.x + b * frame.t2.x + c * frame.n.x,
-            a * frame.t1.y + b * frame.t2.y + c * frame.n.y,
+    return {a * frame.t1.x + b * frame.t2.x + c * frame.n.x, a * frame.t1.y + b * frame.t2.y + c * frame.n.y,
             a * frame.t1.z + b * frame.t2.z + c * frame.n.z};
 }
 
@@ -131,8 +134,12 @@ inline uint32_t encode_error(float error, float radius, uint32_t flatness) {
         if (error <= radius * kErrorOfRadius[flatness][code]) return code;
     return 7;
 }
-inline uint32_t error_code(uint32_t attitude, uint32_t shape) { return (attitude >> 15) << 2 | (shape >> 2 & 3u); }
-inline float error_of_radius(uint32_t attitude, uint32_t shape) { return kErrorOfRadius[shape & 3][error_code(attitude, shape)]; }
+inline uint32_t error_code(uint32_t attitude, uint32_t shape) {
+    return (attitude >> 15) << 2 | (shape >> 2 & 3u);
+}
+inline float error_of_radius(uint32_t attitude, uint32_t shape) {
+    return kErrorOfRadius[shape & 3][error_code(attitude, shape)];
+}
 
 // 5:6:5 colour.
 inline uint16_t encode_colour(glm::u8vec3 c) {
@@ -147,12 +154,12 @@ inline glm::u8vec3 decode_colour(uint16_t v) {
 // A decoded node, in model units (the root's sphere is the unit sphere about 0).
 struct Node {
     glm::dvec3 centre{0};
-    float radius = 1;          // across; also of the sphere that holds the ellipsoid
+    float radius = 1;  // across; also of the sphere that holds the ellipsoid
     glm::vec3 normal{0, 0, 1};
-    float flatness = 1;        // half thickness / radius
-    float error = 2;           // bound on the distance of the disc (the ellipsoid's middle) from the surface
+    float flatness = 1;  // half thickness / radius
+    float error = 2;     // bound on the distance of the disc (the ellipsoid's middle) from the surface
     int cone = -1;
-    int children = 0;          // 0: a leaf
+    int children = 0;  // 0: a leaf
     uint16_t colour = 0;
 };
 
@@ -171,7 +178,8 @@ inline Node decode_node(uint16_t attitude, uint16_t place, uint8_t shape, uint16
     node.cone = decode_cone(attitude >> 3 & 3, parent.cone);
     node.normal = decode_normal(attitude >> 5 & 1023u, parent_frame, parent.cone);
     const glm::vec3 offset = decode_offset(place, frame_about(node.normal));
-    node.centre = parent.centre + glm::dvec3(offset.x * parent.radius, offset.y * parent.radius, offset.z * parent.radius);
+    node.centre = parent.centre +
+                  glm::dvec3(offset.x * parent.radius, offset.y * parent.radius, offset.z * parent.radius);
     node.radius = parent.radius * kRadius[place & 15];
     node.flatness = kFlatness[shape & 3];
     node.error = node.radius * error_of_radius(attitude, shape);

@@ -23,8 +23,10 @@ struct VerifyCounts {
 // - every node: codes in the range that builders use, a radius above 0, a culling sphere inside its
 //   parent's, as decoded, and a normal cone that meets that of the nearest node above which has one: both
 //   bound the normals of the faces below the node, so they have directions in common;
-// - where leaves are triangles: every run is reached exactly once and stands where the order puts it, corners are on
-//   the lattice and in their tables, codes of normals in their range, and each triangle lies in its leaf's ellipsoid;
+// - where leaves are triangles: every run is reached exactly once and stands where the order puts it, corners
+// are on
+//   the lattice and in their tables, codes of normals in their range, and each triangle lies in its leaf's
+//   ellipsoid;
 // - nodes, leaves, levels and blocks are as many as the header says.
 // What it cannot see is whether the model is like the mesh it was made from.
 //

@@ -5,8 +5,8 @@
 
 #include "core/error.h"
 #include "ppve/client.h"
-#include "ppve/link.h"
 #include "ppve/client/reconstruction.h"
+#include "ppve/link.h"
 #include "view/subject.h"
 
 namespace view {

@@ -137,9 +137,7 @@ int main(int argc, char** argv) {
                 continue;
             }
             render::Frame frame;
-            const Json ms = times_of(int(runs), [&] {
-                painter->draw(view, {}, frame);
-            });
+            const Json ms = times_of(int(runs), [&] { painter->draw(view, {}, frame); });
             if (name == "cpu") truth = frame;
             print({{"backend", name},
                    {"triangles", mesh.triangles.size()},

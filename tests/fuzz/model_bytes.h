@@ -47,7 +47,8 @@ inline void repair_coded(Bytes& bytes) {
     std::memcpy(bytes.data() + at, &sum, 8);
 }
 
-// Sets the checksums of the header and of whole blocks right, and the gap between them to 0, so that other checks are reached.
+// Sets the checksums of the header and of whole blocks right, and the gap between them to 0, so that other
+// checks are reached.
 inline void repair_checksums(Bytes& bytes) {
     if (splat::is_coded(bytes)) return repair_coded(bytes);
     if (bytes.size() < splat::kHeaderSize) return;

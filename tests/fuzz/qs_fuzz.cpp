@@ -26,9 +26,11 @@ void check_triangles(const geom::TriangleBatch& batch) {
     require(batch.count >= 0 && batch.count <= geom::TriangleBatch::kCapacity, "a batch holds what it can");
     for (int i = 0; i < batch.count; ++i)
         for (int k = 0; k < 3; ++k) {
-            require(std::isfinite(batch.x[k][i]) && std::isfinite(batch.y[k][i]) && std::isfinite(batch.z[k][i]),
-                    "corners are finite");
-            require(std::isfinite(batch.nx[k][i]) && std::isfinite(batch.ny[k][i]) && std::isfinite(batch.nz[k][i]),
+            require(
+                std::isfinite(batch.x[k][i]) && std::isfinite(batch.y[k][i]) && std::isfinite(batch.z[k][i]),
+                "corners are finite");
+            require(std::isfinite(batch.nx[k][i]) && std::isfinite(batch.ny[k][i]) &&
+                        std::isfinite(batch.nz[k][i]),
                     "corners' normals are finite");
         }
 }
@@ -45,7 +47,8 @@ void cut_for_views(const splat::Model& model) {
         options.triangle_px = distance > 1 ? 4 : 0;
         const size_t tasks = cut.begin(geom::make_view(camera, 320, 240), options);
         for (size_t t = 0; t < tasks; ++t) cut.run(t, check_splats, nullptr, check_triangles);
-        require(cut.counts().splats + cut.counts().triangles <= h.node_count, "no more splats and triangles than nodes");
+        require(cut.counts().splats + cut.counts().triangles <= h.node_count,
+                "no more splats and triangles than nodes");
         const splat::CutProfile profile =
             cut.profile(geom::make_view(camera, 320, 240), options, {0, 1e6, 16});
         require(std::isfinite(profile.at(profile.first_step()).splats), "profiles are finite");

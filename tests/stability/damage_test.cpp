@@ -56,7 +56,8 @@ std::string with_flipped_bit(std::string bytes, size_t bit) {
     return bytes;
 }
 
-// Checksums made to fit, and the gap behind the header made 0, so that what follows them must stand the damage.
+// Checksums made to fit, and the gap behind the header made 0, so that what follows them must stand the
+// damage.
 void mend_checksums(std::string& bytes) {
     const auto put = [&](size_t at, auto sum) { std::memcpy(bytes.data() + at, &sum, sizeof(sum)); };
     put(splat::kHeaderSize - 8, uint64_t(XXH3_64bits(bytes.data(), splat::kHeaderSize - 8)));

@@ -55,7 +55,8 @@ Shape alone(const Detail& detail) {
 class Details : public testing::TestWithParam<Detail> {};
 
 // Of one view, whose other promises are held too.
-double psnr_lost(const std::string& row, const Subject& scene, const Subject& lonely, const geom::Camera& camera) {
+double psnr_lost(const std::string& row, const Subject& scene, const Subject& lonely,
+                 const geom::Camera& camera) {
     scene::DrawOptions options = all_detail();
     options.cut.cull_backfaces = false;
     const Picture near = draw(scene, camera, options), by_itself = draw(lonely, camera, options);
@@ -72,14 +73,15 @@ TEST_P(Details, AreDrawnAsIfAlone) {
     const std::string row = detail.name;
     const Subject lonely = build(alone(detail), detail.precision);
     const Subject scene = build(joined(detail.around(), alone(detail)), detail.precision);
-    // The detail's leaves are grouped otherwise beside the scene, which moves the PSNR of a single view by a decibel
-    // either way: what counts is the mean over views.
+    // The detail's leaves are grouped otherwise beside the scene, which moves the PSNR of a single view by a
+    // decibel either way: what counts is the mean over views.
     constexpr int kViews = 8;
     double lost_db = 0;
     for (int k = 0; k < kViews; ++k) {
         const double turn = 2 * std::numbers::pi * k / kViews;
         geom::Camera camera;
-        camera.eye = detail.centre + detail.scale * glm::dvec3(4.75 * std::sin(turn + 0.32), 2, 4.75 * std::cos(turn + 0.32));
+        camera.eye = detail.centre +
+                     detail.scale * glm::dvec3(4.75 * std::sin(turn + 0.32), 2, 4.75 * std::cos(turn + 0.32));
         camera.target = detail.centre;
         lost_db += psnr_lost(row, scene, lonely, camera) / kViews;
     }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "pm/bounds.h"
-#include "pm/model.h"
 #include "pm/build/simplify.h"
+#include "pm/model.h"
 
 namespace pm {
 

@@ -10,8 +10,8 @@
 #include "core/parallel_sort.h"
 #include "core/stopwatch.h"
 #include "pm/bounds.h"
-#include "pm/format.h"
 #include "pm/build/quadric.h"
+#include "pm/format.h"
 
 namespace pm {
 

@@ -8,9 +8,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "ppve/client/reconstruction.h"
 #include "ppve/messages.h"
 #include "ppve/octree.h"
-#include "ppve/client/reconstruction.h"
 
 namespace ppve {
 

@@ -8,8 +8,8 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
-#include "ppve/elimination.h"
 #include "ppve/client/gaps.h"
+#include "ppve/elimination.h"
 #include "render/shading.h"
 
 namespace ppve {

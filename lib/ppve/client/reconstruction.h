@@ -32,8 +32,8 @@ struct PointModel {
     std::vector<std::shared_ptr<const DrawnCluster>> clusters;
 };
 
-// At rest larger splats only blur; in motion along an orbit of the dragon 1.5 leaves a fifth of the empty pixels of
-// 1.25 (point_view_bench --what motion).
+// At rest larger splats only blur; in motion along an orbit of the dragon 1.5 leaves a fifth of the empty
+// pixels of 1.25 (point_view_bench --what motion).
 constexpr double kScaleInMotion = 1.5;
 
 struct ReconstructionOptions {

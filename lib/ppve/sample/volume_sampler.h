@@ -9,8 +9,8 @@
 
 #include <memory>
 
-#include "ppve/sampler.h"
 #include "ppve/sample/volume.h"
+#include "ppve/sampler.h"
 
 namespace ppve {
 

@@ -29,7 +29,8 @@ Different different_positions(const std::vector<glm::vec3>& all) {
     std::vector<uint32_t> order(all.size());
     std::iota(order.begin(), order.end(), 0u);
     const auto key = [&](uint32_t i) { return std::tie(all[i].x, all[i].y, all[i].z); };
-    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return key(a) < key(b) || (key(a) == key(b) && a < b); });
+    std::sort(order.begin(), order.end(),
+              [&](uint32_t a, uint32_t b) { return key(a) < key(b) || (key(a) == key(b) && a < b); });
     Different d;
     d.of.resize(all.size());
     for (size_t k = 0; k < order.size(); ++k) {
@@ -48,12 +49,15 @@ struct Positions {
         return (double(p[i][int(axis)]) - middle[int(axis)]) * inverse_scale;
     }
     template <class Box>
-    bool kdtree_get_bbox(Box&) const { return false; }
+    bool kdtree_get_bbox(Box&) const {
+        return false;
+    }
 };
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Positions>, Positions, 3>;
+using Tree =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Positions>, Positions, 3>;
 
-// Across the plane of least squares of a spread of points (a symmetric matrix), by Jacobi rotations; 0 where they
-// lie along a line, which is in many planes.
+// Across the plane of least squares of a spread of points (a symmetric matrix), by Jacobi rotations; 0 where
+// they lie along a line, which is in many planes.
 glm::dvec3 across(glm::dmat3 a) {
     constexpr double kLeastWidth = 0.05;  // of the length
     glm::dmat3 axes(1.0);
@@ -62,7 +66,8 @@ glm::dvec3 across(glm::dmat3 a) {
             for (int q = p + 1; q < 3; ++q) {
                 if (a[p][q] == 0) continue;
                 const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-                const double t = std::copysign(1.0, theta) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
+                const double t =
+                    std::copysign(1.0, theta) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
                 const double c = 1 / std::sqrt(t * t + 1), s = std::isfinite(t) ? t * c : 0.0;
                 glm::dmat3 r(1.0);
                 r[p][p] = r[q][q] = c, r[p][q] = -s, r[q][p] = s;
@@ -88,7 +93,8 @@ std::vector<float> estimate_discs(mesh::Mesh& mesh) {
     const Different different = different_positions(mesh.positions);
     const size_t n = different.positions.size();
     glm::dvec3 low(mesh.positions[0]), high = low;
-    for (const glm::vec3& p : mesh.positions) low = glm::min(low, glm::dvec3(p)), high = glm::max(high, glm::dvec3(p));
+    for (const glm::vec3& p : mesh.positions)
+        low = glm::min(low, glm::dvec3(p)), high = glm::max(high, glm::dvec3(p));
     const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
     std::vector<float> radii(n, 0.0f);
     if (!(extent > 0)) return std::vector<float>(mesh.positions.size(), 0.0f);
@@ -103,7 +109,8 @@ std::vector<float> estimate_discs(mesh::Mesh& mesh) {
         std::array<double, kNeighbours + 1> square{};
         for (size_t i = begin; i < end; ++i) {
             const auto at = [&](size_t j) {
-                return glm::dvec3(positions.kdtree_get_pt(j, 0), positions.kdtree_get_pt(j, 1), positions.kdtree_get_pt(j, 2));
+                return glm::dvec3(positions.kdtree_get_pt(j, 0), positions.kdtree_get_pt(j, 1),
+                                  positions.kdtree_get_pt(j, 2));
             };
             const glm::dvec3 point = at(i);
             const size_t found = tree.knnSearch(&point.x, wanted, index.data(), square.data());
@@ -115,7 +122,8 @@ std::vector<float> estimate_discs(mesh::Mesh& mesh) {
             for (size_t k = 0; k < found; ++k) mean += at(index[k]);
             mean /= double(found);
             glm::dmat3 spread(0.0);
-            for (size_t k = 0; k < found; ++k) spread += glm::outerProduct(at(index[k]) - mean, at(index[k]) - mean);
+            for (size_t k = 0; k < found; ++k)
+                spread += glm::outerProduct(at(index[k]) - mean, at(index[k]) - mean);
             const double size = spread[0][0] + spread[1][1] + spread[2][2];
             normals[i] = size > 0 ? upward(across(spread / size)) : glm::vec3(0);
         }

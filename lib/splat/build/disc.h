@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "splat/node.h"
 #include "splat/build/surface.h"
+#include "splat/node.h"
 
 namespace splat {
 

@@ -52,7 +52,8 @@ struct Run {
     uint32_t size() const { return end - begin; }
 };
 
-// Prisms that each hold what some leaves in a row must cover, 16 corners each, relative to the first of these leaves.
+// Prisms that each hold what some leaves in a row must cover, 16 corners each, relative to the first of these
+// leaves.
 struct Hulls {
     static constexpr uint32_t kCorners = 16;
     uint32_t leaves;  // of each
@@ -88,8 +89,8 @@ class SubtreeEncoder {
     }
 
   private:
-    // Weighted by area.  Not by differences of running sums: beside faces of a landscape those of a pebble are lost in
-    // their rounding.
+    // Weighted by area.  Not by differences of running sums: beside faces of a landscape those of a pebble
+    // are lost in their rounding.
     glm::dvec3 normal_of(const Run& run) const {
         glm::dvec3 sum(0);
         for (uint32_t i = run.begin; i < run.end; ++i) sum += surface_.normal[i];
@@ -102,12 +103,14 @@ class SubtreeEncoder {
         return glm::u8vec3((sum + n / 2) / n);
     }
 
-    // ---- hulls: nodes above a group of leaves hold those of full groups, and the larger ones those of groups of groups
+    // ---- hulls: nodes above a group of leaves hold those of full groups, and the larger ones those of
+    // groups of groups
 
     void make_hulls() {
         small_ = make_hulls(kMaxFanOut, [&](uint32_t i, const glm::dvec3& base) {
             const auto shift = glm::vec3(surface_.at[i] - base);
-            for (uint32_t k = surface_.corner_begin[i]; k < surface_.rim_end[i]; ++k) add_loose(surface_.corners.get(k) + shift);
+            for (uint32_t k = surface_.corner_begin[i]; k < surface_.rim_end[i]; ++k)
+                add_loose(surface_.corners.get(k) + shift);
         });
         large_ = make_hulls(kMaxFanOut * kMaxFanOut, [&](uint32_t i, const glm::dvec3& base) {
             if (i % small_.leaves == 0) add_hull(small_, i / small_.leaves, base);
@@ -138,25 +141,31 @@ class SubtreeEncoder {
     }
     void add_hull(const Hulls& hulls, uint32_t hull, const glm::dvec3& base) {
         const auto shift = glm::vec3(surface_.at[hull * hulls.leaves] - base);
-        for (uint32_t k = 0; k < Hulls::kCorners; ++k) add_loose(hulls.corners.get(size_t(hull) * Hulls::kCorners + k) + shift);
+        for (uint32_t k = 0; k < Hulls::kCorners; ++k)
+            add_loose(hulls.corners.get(size_t(hull) * Hulls::kCorners + k) + shift);
     }
 
     // The corners of an octagon by the extents along u, v and the diagonals, at both ends along w.
     static void set_prism(const Extent& x, const Frame& frame, PointArrays& corners, size_t to) {
         const auto add = [&](float u, float v) {
-            for (const float w : {x.low[2], x.high[2]}) corners.set(to++, u * frame.t1 + v * frame.t2 + w * frame.n);
+            for (const float w : {x.low[2], x.high[2]})
+                corners.set(to++, u * frame.t1 + v * frame.t2 + w * frame.n);
         };
-        add(x.high[0], std::min(x.high[1], x.high[3] - x.high[0])), add(x.high[0], std::max(x.low[1], x.high[0] - x.high[4]));
-        add(x.low[0], std::min(x.high[1], x.low[0] - x.low[4])), add(x.low[0], std::max(x.low[1], x.low[3] - x.low[0]));
-        add(std::min(x.high[0], x.high[3] - x.high[1]), x.high[1]), add(std::max(x.low[0], x.low[4] + x.high[1]), x.high[1]);
-        add(std::min(x.high[0], x.high[4] + x.low[1]), x.low[1]), add(std::max(x.low[0], x.low[3] - x.low[1]), x.low[1]);
+        add(x.high[0], std::min(x.high[1], x.high[3] - x.high[0])),
+            add(x.high[0], std::max(x.low[1], x.high[0] - x.high[4]));
+        add(x.low[0], std::min(x.high[1], x.low[0] - x.low[4])),
+            add(x.low[0], std::max(x.low[1], x.low[3] - x.low[0]));
+        add(std::min(x.high[0], x.high[3] - x.high[1]), x.high[1]),
+            add(std::max(x.low[0], x.low[4] + x.high[1]), x.high[1]);
+        add(std::min(x.high[0], x.high[4] + x.low[1]), x.low[1]),
+            add(std::max(x.low[0], x.low[3] - x.low[1]), x.low[1]);
     }
 
     // ---- groups
 
     // What holds a run, from its first leaf on: leaf(i), and of a larger run hull(hulls, h).  A prism about a
-    // group of leaves would be 3 % larger, and cost a tenth more splats for the same picture.  Runs beside gaps
-    // begin and end within hulls, which then do not stand for them.
+    // group of leaves would be 3 % larger, and cost a tenth more splats for the same picture.  Runs beside
+    // gaps begin and end within hulls, which then do not stand for them.
     template <class OnLeaf, class OnHull>
     void for_parts(const Run& run, const OnLeaf& leaf, const OnHull& hull) const {
         const auto fits = [&](const Hulls& hulls, uint32_t i) {
@@ -183,7 +192,8 @@ class SubtreeEncoder {
     // A leaf without some of its siblings needs all its corners.
     uint32_t corner_end(const Run& run, uint32_t leaf) const {
         const uint32_t first = Surface::first_sibling(leaf);
-        const bool has_siblings = run.begin <= first && std::min(first + uint32_t(kMaxFanOut), surface_.count) <= run.end;
+        const bool has_siblings =
+            run.begin <= first && std::min(first + uint32_t(kMaxFanOut), surface_.count) <= run.end;
         return has_siblings ? surface_.rim_end[leaf] : surface_.corner_begin[leaf + 1];
     }
 
@@ -197,7 +207,8 @@ class SubtreeEncoder {
         for_parts(
             run, [&](uint32_t i) { add(surface_.corners, surface_.corner_begin[i], corner_end(run, i), i); },
             [&](const Hulls& hulls, uint32_t h) {
-                add(hulls.corners, size_t(h) * Hulls::kCorners, size_t(h + 1) * Hulls::kCorners, h * hulls.leaves);
+                add(hulls.corners, size_t(h) * Hulls::kCorners, size_t(h + 1) * Hulls::kCorners,
+                    h * hulls.leaves);
             });
         content_.points[k] = row;
         for (const size_t first = k; row < content_.rows; ++row)
@@ -215,7 +226,8 @@ class SubtreeEncoder {
             const auto normal = normal_of(runs[k]);
             content_.normal[k] = unit_or(normal, parent.normal);
             content_.is_leaf[k] = runs[k].size() == 1;
-            content_.face_begin[k] = surface_.normal_begin[runs[k].begin], content_.face_end[k] = surface_.normal_begin[runs[k].end];
+            content_.face_begin[k] = surface_.normal_begin[runs[k].begin],
+            content_.face_end[k] = surface_.normal_begin[runs[k].end];
             // A point without a normal has no cone about one.
             if (content_.is_leaf[k] && glm::dot(normal, normal) == 0)
                 content_.face_end[k] = content_.face_begin[k];
@@ -234,9 +246,10 @@ class SubtreeEncoder {
     // The children of a run of at least two leaves; returns how many.
     size_t divide(const Run& run, Run* children) const {
         const uint32_t step = child_leaves(run.size());
-        auto side = std::lower_bound(gap_sides_.begin(), gap_sides_.end(), run, [](const GapSide& s, const Run& r) {
-            return std::tie(s.node_begin, r.end) < std::tie(r.begin, s.node_end);
-        });
+        auto side =
+            std::lower_bound(gap_sides_.begin(), gap_sides_.end(), run, [](const GapSide& s, const Run& r) {
+                return std::tie(s.node_begin, r.end) < std::tie(r.begin, s.node_end);
+            });
         size_t n = 0;
         for (uint32_t b = run.begin; b < run.end; b = children[n++].end) {
             while (side != gap_sides_.end() && is_of(*side, run) && side->begin < b) ++side;
@@ -311,7 +324,8 @@ CodedTree encode_subtree(const SubtreeInput& input, std::span<const GapSide> gap
     core::ProcessorWatch watch;
     Surface surface = gather_surface(input);
     counts.ms.surface = watch.lap_ms();
-    return SubtreeEncoder(std::move(surface), gap_sides, !input.colours.empty(), counts).run(parent, boundary);
+    return SubtreeEncoder(std::move(surface), gap_sides, !input.colours.empty(), counts)
+        .run(parent, boundary);
 }
 
 CodedTree encode_triangles(Surface&& surface, std::span<const GapSide> gap_sides, bool has_colour,

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "splat/build/fit.h"
-#include "splat/node.h"
 #include "splat/build/surface.h"
 #include "splat/build/tree.h"
+#include "splat/node.h"
 
 namespace splat {
 
@@ -27,7 +27,7 @@ struct CodedTree {
         uint32_t first, count;
     };
     std::vector<Group> groups;
-    std::vector<Node> decoded;  // dropped once errors are set
+    std::vector<Node> decoded;   // dropped once errors are set
     std::vector<uint32_t> leaf;  // by node, of leaves that are triangles: which leaf of the model
 
     size_t size() const { return attitude.size(); }
@@ -46,11 +46,12 @@ struct EncodeTimes {
 
 // How well the codes fit, for reports and benchmarks.
 struct FitCounts {
-    uint64_t inserted = 0;        // one-child nodes between a large parent and a small child
+    uint64_t inserted = 0;  // one-child nodes between a large parent and a small child
     uint64_t leaves = 0, inner = 0;
     double leaf_inflation = 0, inner_inflation = 0;  // sums of decoded / needed radius
     float worst_leaf_inflation = 0;
-    uint64_t open_fans = 0;       // leaves whose faces do not go once round: their error is that to their own faces
+    uint64_t open_fans =
+        0;  // leaves whose faces do not go once round: their error is that to their own faces
     EncodeTimes ms;
     void add(const FitCounts& o);
     void count(const GroupFit& fit, size_t k, bool is_leaf);

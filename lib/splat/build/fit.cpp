@@ -16,10 +16,11 @@
 namespace splat {
 namespace {
 
-// Beyond these a level is inserted.  An inner node that is coded too large makes its children small against it, and
-// them too large in turn.
+// Beyond these a level is inserted.  An inner node that is coded too large makes its children small against
+// it, and them too large in turn.
 constexpr float kMaxLeafInflation = 2.5f, kMaxInnerInflation = 1.6f;
-constexpr float kThinWeight = 0.7f;   // what is minimised: R (1 + 0.7 rho); more makes leaves rounder and larger
+constexpr float kThinWeight =
+    0.7f;  // what is minimised: R (1 + 0.7 rho); more makes leaves rounder and larger
 constexpr float kMinRadius = 1e-12f;  // model units; points closer together than this are one
 constexpr float kRoundUp = 1.0001f;   // over the float rounding of decode and cover
 
@@ -76,11 +77,13 @@ void EncodeNormals(const V3& wanted, const Frame& parent, int cone, size_t lane,
         x = hn::IfThenElse(below, hn::CopySign(hn::Sub(one, hn::Abs(py)), px), px);
         y = hn::IfThenElse(below, hn::CopySign(hn::Sub(one, hn::Abs(px)), py), py);
     } else {
-        const V w = hn::Mul(hn::Add(one, hn::Max(Dot(wanted, Set3(d, parent.n)), hn::Set(d, -0.99f))), hn::Set(d, kConeTan[cone]));
+        const V w = hn::Mul(hn::Add(one, hn::Max(Dot(wanted, Set3(d, parent.n)), hn::Set(d, -0.99f))),
+                            hn::Set(d, kConeTan[cone]));
         x = hn::Div(Dot(wanted, Set3(d, parent.t1)), w), y = hn::Div(Dot(wanted, Set3(d, parent.t2)), w);
     }
     const auto step = [&](V p) {
-        const V scaled = hn::Add(hn::Mul(hn::Min(one, hn::Max(hn::Neg(one), p)), hn::Set(d, 15.0f)), hn::Set(d, 15.0f));
+        const V scaled =
+            hn::Add(hn::Mul(hn::Min(one, hn::Max(hn::Neg(one), p)), hn::Set(d, 15.0f)), hn::Set(d, 15.0f));
         return hn::BitCast(du, hn::Min(hn::ConvertTo(di, scaled), hn::Set(di, kNormalSteps - 2)));
     };
     const auto steps = hn::Set(du, uint32_t(kNormalSteps));
@@ -96,8 +99,10 @@ void EncodeNormals(const V3& wanted, const Frame& parent, int cone, size_t lane,
         const V3 n = DecodeNormal(d, code, parent_frame, cone_tan, any_direction);
         const V dot = Dot(n, wanted);
         const auto better = hn::Gt(dot, best_dot);
-        best_dot = hn::IfThenElse(better, dot, best_dot), best = hn::IfThenElse(hn::RebindMask(du, better), code, best);
-        normal = {hn::IfThenElse(better, n.x, normal.x), hn::IfThenElse(better, n.y, normal.y), hn::IfThenElse(better, n.z, normal.z)};
+        best_dot = hn::IfThenElse(better, dot, best_dot),
+        best = hn::IfThenElse(hn::RebindMask(du, better), code, best);
+        normal = {hn::IfThenElse(better, n.x, normal.x), hn::IfThenElse(better, n.y, normal.y),
+                  hn::IfThenElse(better, n.z, normal.z)};
     }
     hn::Store(best, du, &state.normal_code[lane]);
     const FrameLanes<V> frame = FrameAbout(d, normal);
@@ -126,8 +131,8 @@ Extremes NoExtremes() {
     return e;
 }
 
-// Turns each child's points into its own frame, in place; finds the middle of the smallest circle across, nearly, and
-// of the thickness, the box about them, and the radius of the sphere about that middle.
+// Turns each child's points into its own frame, in place; finds the middle of the smallest circle across,
+// nearly, and of the thickness, the box about them, and the radius of the sphere about that middle.
 void TurnPoints(GroupContent& content, float parent_radius, size_t lane, FitState& state) {
     const D d;
     const V3 t1 = Load3(state.t1, lane), t2 = Load3(state.t2, lane), n = Load3(state.normal, lane);
@@ -135,7 +140,8 @@ void TurnPoints(GroupContent& content, float parent_radius, size_t lane, FitStat
     for (size_t at = lane; at < content.rows * kLanes; at += kLanes) {
         const V3 p{hn::LoadU(d, &content.x[at]), hn::LoadU(d, &content.y[at]), hn::LoadU(d, &content.z[at])};
         const V3 turned{Dot(t1, p), Dot(t2, p), Dot(n, p)};
-        hn::StoreU(turned.x, d, &content.x[at]), hn::StoreU(turned.y, d, &content.y[at]), hn::StoreU(turned.z, d, &content.z[at]);
+        hn::StoreU(turned.x, d, &content.x[at]), hn::StoreU(turned.y, d, &content.y[at]),
+            hn::StoreU(turned.z, d, &content.z[at]);
         e.take(turned);
     }
     const V half = hn::Set(d, 0.5f);
@@ -145,13 +151,17 @@ void TurnPoints(GroupContent& content, float parent_radius, size_t lane, FitStat
                    hn::Mul(half, hn::Add(middle(1), hn::Mul(half, hn::Sub(sum, difference)))), middle(2)};
     V most = hn::Zero(d);
     for (size_t at = lane; at < content.rows * kLanes; at += kLanes) {
-        const V3 p{hn::Sub(hn::LoadU(d, &content.x[at]), ideal.x), hn::Sub(hn::LoadU(d, &content.y[at]), ideal.y),
+        const V3 p{hn::Sub(hn::LoadU(d, &content.x[at]), ideal.x),
+                   hn::Sub(hn::LoadU(d, &content.y[at]), ideal.y),
                    hn::Sub(hn::LoadU(d, &content.z[at]), ideal.z)};
         most = hn::Max(most, Dot(p, p));
     }
-    hn::Store(hn::Max(hn::Sqrt(most), hn::Set(d, std::min(kMinRadius, parent_radius))), d, &state.smallest[lane]);
-    for (int k = 0; k < 3; ++k) hn::Store(e.low[k], d, &state.low[k][lane]), hn::Store(e.high[k], d, &state.high[k][lane]);
-    hn::Store(ideal.x, d, &state.ideal[0][lane]), hn::Store(ideal.y, d, &state.ideal[1][lane]), hn::Store(ideal.z, d, &state.ideal[2][lane]);
+    hn::Store(hn::Max(hn::Sqrt(most), hn::Set(d, std::min(kMinRadius, parent_radius))), d,
+              &state.smallest[lane]);
+    for (int k = 0; k < 3; ++k)
+        hn::Store(e.low[k], d, &state.low[k][lane]), hn::Store(e.high[k], d, &state.high[k][lane]);
+    hn::Store(ideal.x, d, &state.ideal[0][lane]), hn::Store(ideal.y, d, &state.ideal[1][lane]),
+        hn::Store(ideal.z, d, &state.ideal[2][lane]);
 }
 
 float LeastDot(const PointArrays& vectors, size_t begin, size_t end, const glm::vec3& n) {
@@ -159,7 +169,8 @@ float LeastDot(const PointArrays& vectors, size_t begin, size_t end, const glm::
     const V3 normal = Set3(d, n);
     V least = hn::Set(d, 1.0f);
     for (size_t i = begin; i < end; i += hn::Lanes(d)) {
-        const V dot = Dot(normal, V3{hn::LoadU(d, &vectors.x[i]), hn::LoadU(d, &vectors.y[i]), hn::LoadU(d, &vectors.z[i])});
+        const V dot = Dot(normal, V3{hn::LoadU(d, &vectors.x[i]), hn::LoadU(d, &vectors.y[i]),
+                                     hn::LoadU(d, &vectors.z[i])});
         least = hn::IfThenElse(hn::FirstN(d, end - i), hn::Min(least, dot), least);
     }
     return hn::GetLane(hn::MinOfLanes(d, least));
@@ -180,10 +191,14 @@ struct Lattice {
 class Search {
   public:
     Search(const GroupContent& content, const FitState& state, size_t child, float parent_radius)
-        : u_(&content.x[child]), v_(&content.y[child]), w_(&content.z[child]), points_(content.points[child]),
+        : u_(&content.x[child]),
+          v_(&content.y[child]),
+          w_(&content.z[child]),
+          points_(content.points[child]),
           low_(state.low[0][child], state.low[1][child], state.low[2][child]),
           high_(state.high[0][child], state.high[1][child], state.high[2][child]),
-          ideal_(state.ideal[0][child], state.ideal[1][child], state.ideal[2][child]), smallest_(state.smallest[child]),
+          ideal_(state.ideal[0][child], state.ideal[1][child], state.ideal[2][child]),
+          smallest_(state.smallest[child]),
           parent_radius_(parent_radius) {}
 
     Choice nearest() {
@@ -202,17 +217,18 @@ class Search {
         return best_;
     }
 
-    // For the few leaves at the rim of their parent whose best centre is not the nearest to the ideal one: the whole
-    // lattice, up to the first level that has a cover.
+    // For the few leaves at the rim of their parent whose best centre is not the nearest to the ideal one:
+    // the whole lattice, up to the first level that has a cover.
     Choice anywhere() {
         for (int level = 0; level < kRadiusLevels - 1; ++level) {
             const Lattice& steps = lattice();
             const float radius = kRadius[level] * parent_radius_, limit = steps.limit[level] * parent_radius_;
             if (radius < smallest_) continue;
-            // Can a centre reach both ends of the points along an axis?  It is between these steps, or was pulled back
-            // towards 0.
+            // Can a centre reach both ends of the points along an axis?  It is between these steps, or was
+            // pulled back towards 0.
             const auto reaches = [&](int axis, float from, float to) {
-                return high_[axis] - radius <= std::max(0.0f, to * limit) && std::min(0.0f, from * limit) <= low_[axis] + radius;
+                return high_[axis] - radius <= std::max(0.0f, to * limit) &&
+                       std::min(0.0f, from * limit) <= low_[axis] + radius;
             };
             for (int a = 0; a < kAcrossSteps - 1; ++a) {
                 if (!reaches(0, steps.across[a], steps.across[a + 1])) continue;
@@ -235,21 +251,26 @@ class Search {
     };
     Cell cell_at(int level) const { return {level, a_[level], b_[level], c_[level]}; }
 
-    // For each level the step at or below the ideal centre along each axis, so that it and the next lie about it.
+    // For each level the step at or below the ideal centre along each axis, so that it and the next lie about
+    // it.
     void find_steps() {
         const D d;
         const hn::RebindToSigned<D> di;
         const auto steps = [&](float x, V scale, int count, float per_limit, float linear, int32_t* out) {
             const V at = hn::Mul(hn::Set(d, x), scale);
             const V a = hn::Min(hn::Abs(at), hn::Set(d, 1.0f));
-            const V root = hn::Sqrt(hn::Add(hn::Set(d, linear * linear), hn::Mul(hn::Set(d, 4 * (1 - linear)), a)));
-            const V u = hn::Mul(hn::Sub(root, hn::Set(d, linear)), hn::Set(d, per_limit / (2 * (1 - linear))));
+            const V root =
+                hn::Sqrt(hn::Add(hn::Set(d, linear * linear), hn::Mul(hn::Set(d, 4 * (1 - linear)), a)));
+            const V u =
+                hn::Mul(hn::Sub(root, hn::Set(d, linear)), hn::Set(d, per_limit / (2 * (1 - linear))));
             const V index = hn::Add(hn::CopySign(u, at), hn::Set(d, 0.5f * float(count - 1) + 1e-3f));
-            hn::Store(hn::Min(hn::Max(hn::ConvertTo(di, index), hn::Zero(di)), hn::Set(di, count - 2)), di, out);
+            hn::Store(hn::Min(hn::Max(hn::ConvertTo(di, index), hn::Zero(di)), hn::Set(di, count - 2)), di,
+                      out);
         };
         for (size_t level = 0; level < kRadiusLevels; level += hn::Lanes(d)) {
             const V reach = hn::Mul(hn::Load(d, &lattice().limit[level]), hn::Set(d, parent_radius_));
-            const V scale = hn::Div(hn::Set(d, 1.0f), hn::Max(reach, hn::Set(d, std::numeric_limits<float>::min())));
+            const V scale =
+                hn::Div(hn::Set(d, 1.0f), hn::Max(reach, hn::Set(d, std::numeric_limits<float>::min())));
             steps(ideal_.x, scale, kAcrossSteps, 5, kAcrossLinear, a_ + level);
             steps(ideal_.y, scale, kAcrossSteps, 5, kAcrossLinear, b_ + level);
             steps(ideal_.z, scale, kAlongSteps, 16, kAlongLinear, c_ + level);
@@ -289,17 +310,20 @@ class Search {
         }
     }
 
-    // For each centre and each kFlatness the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2, the square of the
-    // radius across that covers all points; of those that the level's radius covers, the cheapest.  All four at once:
-    // the thinner two first, the others only where these fail, is no faster.
+    // For each centre and each kFlatness the largest (u - cu)^2 + (v - cv)^2 + ((w - cw) / rho)^2, the square
+    // of the radius across that covers all points; of those that the level's radius covers, the cheapest. All
+    // four at once: the thinner two first, the others only where these fail, is no faster.
     void cover(const std::array<Cell, 2>& cells, size_t lane, const Vector3<W>& centre, W radius) {
         const Wide d;
-        // No ball of this radius about a centre that is too far from a side of the points' box holds them: so it is
-        // about most centres that anywhere() tries.
+        // No ball of this radius about a centre that is too far from a side of the points' box holds them: so
+        // it is about most centres that anywhere() tries.
         const auto reaches = [&](W at, int k) HWY_ATTR {
-            return hn::And(hn::Le(hn::Sub(hn::Set(d, high_[k]), at), radius), hn::Le(hn::Sub(at, hn::Set(d, low_[k])), radius));
+            return hn::And(hn::Le(hn::Sub(hn::Set(d, high_[k]), at), radius),
+                           hn::Le(hn::Sub(at, hn::Set(d, low_[k])), radius));
         };
-        if (hn::AllFalse(d, hn::And(reaches(centre.x, 0), hn::And(reaches(centre.y, 1), reaches(centre.z, 2))))) return;
+        if (hn::AllFalse(d,
+                         hn::And(reaches(centre.x, 0), hn::And(reaches(centre.y, 1), reaches(centre.z, 2)))))
+            return;
         const W allowed = hn::Mul(hn::Mul(radius, radius), hn::Set(d, 1.0f / (kRoundUp * kRoundUp)));
         W most[4] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
         const W weight0 = hn::Set(d, 1.0f / (kFlatness[0] * kFlatness[0])),
@@ -323,7 +347,8 @@ class Search {
             const W weighted = hn::Mul(hn::Mul(radius, hn::Set(d, 1.0f + kThinWeight * kFlatness[rho])),
                                        hn::Add(hn::Set(d, 1.0f), hn::Mul(most[rho], centring)));
             const auto holds = hn::Le(most[rho], allowed);
-            cost = hn::IfThenElse(holds, weighted, cost), shape = hn::IfThenElse(holds, hn::Set(d, float(rho)), shape);
+            cost = hn::IfThenElse(holds, weighted, cost),
+            shape = hn::IfThenElse(holds, hn::Set(d, float(rho)), shape);
         }
         const float least = hn::GetLane(hn::MinOfLanes(d, cost));
         if (!(least < best_.cost)) return;
@@ -357,7 +382,8 @@ void FitGroup(GroupContent& content, const Node& parent, GroupFit& fit) {
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
         alignas(32) Lanes<float> wanted[3];
         for (size_t k = 0; k < kLanes; ++k)
-            for (int axis = 0; axis < 3; ++axis) wanted[axis][k] = k < content.count ? content.normal[k][axis] : float(axis == 2);
+            for (int axis = 0; axis < 3; ++axis)
+                wanted[axis][k] = k < content.count ? content.normal[k][axis] : float(axis == 2);
         EncodeNormals(Load3(wanted, lane), frame, parent.cone, lane, state);
         TurnPoints(content, parent.radius, lane, state);
     }
@@ -365,7 +391,9 @@ void FitGroup(GroupContent& content, const Node& parent, GroupFit& fit) {
         fit.normal[k] = {state.normal[0][k], state.normal[1][k], state.normal[2][k]};
         uint32_t cone = 3;
         if (content.face_normals && content.face_begin[k] < content.face_end[k])
-            cone = encode_cone(LeastDot(*content.face_normals, content.face_begin[k], content.face_end[k], fit.normal[k]), parent.cone);
+            cone = encode_cone(
+                LeastDot(*content.face_normals, content.face_begin[k], content.face_end[k], fit.normal[k]),
+                parent.cone);
         Search search(content, state, k, parent.radius);
         Choice best = search.nearest();
         const float largest = content.is_leaf[k] ? kMaxLeafInflation : kMaxInnerInflation;
@@ -379,7 +407,9 @@ void FitGroup(GroupContent& content, const Node& parent, GroupFit& fit) {
     }
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
         const FrameLanes<V> own{Load3(state.t1, lane), Load3(state.t2, lane), Load3(state.normal, lane)};
-        const V3 offset = DecodeOffset(d, hn::Load(du, &state.place[lane]), hn::Load(d, &state.radius_level[lane]), own, hn::Set(d, parent.radius));
+        const V3 offset =
+            DecodeOffset(d, hn::Load(du, &state.place[lane]), hn::Load(d, &state.radius_level[lane]), own,
+                         hn::Set(d, parent.radius));
         alignas(32) Lanes<float> x, y, z;
         hn::Store(offset.x, d, &x[lane]), hn::Store(offset.y, d, &y[lane]), hn::Store(offset.z, d, &z[lane]);
         for (size_t k = lane; k < lane + hn::Lanes(d); ++k) fit.offset[k] = {x[k], y[k], z[k]};
@@ -393,7 +423,8 @@ void ExtentOf(const PointArrays& points, size_t begin, size_t end, const Frame& 
     const V3 first = Set3(d, points.get(begin));
     for (size_t i = begin; i < end; i += hn::Lanes(d)) {
         const auto valid = hn::FirstN(d, end - i);
-        const V3 p{hn::IfThenElse(valid, hn::LoadU(d, &points.x[i]), first.x), hn::IfThenElse(valid, hn::LoadU(d, &points.y[i]), first.y),
+        const V3 p{hn::IfThenElse(valid, hn::LoadU(d, &points.x[i]), first.x),
+                   hn::IfThenElse(valid, hn::LoadU(d, &points.y[i]), first.y),
                    hn::IfThenElse(valid, hn::LoadU(d, &points.z[i]), first.z)};
         e.take({Dot(t1, p), Dot(t2, p), Dot(n, p)});
     }
@@ -413,7 +444,9 @@ namespace splat {
 HWY_EXPORT(FitGroup);
 HWY_EXPORT(ExtentOf);
 
-void fit_group(GroupContent& content, const Node& parent, GroupFit& fit) { HWY_DYNAMIC_DISPATCH(FitGroup)(content, parent, fit); }
+void fit_group(GroupContent& content, const Node& parent, GroupFit& fit) {
+    HWY_DYNAMIC_DISPATCH(FitGroup)(content, parent, fit);
+}
 
 Node node_of(const GroupFit& fit, size_t k, uint16_t colour, const Node& parent) {
     Node node;

@@ -1,7 +1,8 @@
-// Fitting a group of children, a lane a child: normal, cone, centre and radius are coded against the decoded parent so
-// that each child's ellipsoid, as decoded, holds its points.
+// Fitting a group of children, a lane a child: normal, cone, centre and radius are coded against the decoded
+// parent so that each child's ellipsoid, as decoded, holds its points.
 //
-// Results do not depend on the vector length: lanes do not meet but in minima and maxima of separately rounded values.
+// Results do not depend on the vector length: lanes do not meet but in minima and maxima of separately
+// rounded values.
 #pragma once
 
 #include <array>
@@ -23,13 +24,13 @@ using Lanes = std::array<T, kLanes>;
 // The children of one parent.
 struct GroupContent {
     size_t count = 0;
-    Lanes<glm::vec3> normal;        // wanted, unit
+    Lanes<glm::vec3> normal;  // wanted, unit
     Lanes<bool> is_leaf;
-    // What each child must hold, relative to the parent's centre: row k holds each child's point k, kLanes in all.
-    // Children with fewer points repeat one.
+    // What each child must hold, relative to the parent's centre: row k holds each child's point k, kLanes in
+    // all. Children with fewer points repeat one.
     size_t rows = 0;
-    std::vector<float> x, y, z;     // room for as many rows as any group had
-    Lanes<size_t> points{};         // of each child, without repetitions; at least one
+    std::vector<float> x, y, z;  // room for as many rows as any group had
+    Lanes<size_t> points{};      // of each child, without repetitions; at least one
     // Vectors that the cone must hold: [begin, end) for each child; none: no cone.
     const PointArrays* face_normals = nullptr;
     Lanes<size_t> face_begin{}, face_end{};
@@ -48,8 +49,8 @@ struct GroupFit {
     Lanes<uint8_t> shape{};               // without error
     Lanes<glm::vec3> offset, normal;      // as decoded; the offset from the parent's centre, times its radius
     Lanes<float> inflation{};             // decoded radius / radius of the sphere about the points' middle
-    // The code is much too large for the points, and a smaller one is in reach under a smaller parent: the node should
-    // stand between, with the content as its one child.
+    // The code is much too large for the points, and a smaller one is in reach under a smaller parent: the
+    // node should stand between, with the content as its one child.
     Lanes<bool> is_between{};
 };
 

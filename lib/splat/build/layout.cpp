@@ -126,7 +126,9 @@ class Layout {
         }
     }
 
-    size_t block_end(size_t b) const { return b + 1 < block_first_.size() ? block_first_[b + 1] : queue_.size(); }
+    size_t block_end(size_t b) const {
+        return b + 1 < block_first_.size() ? block_first_[b + 1] : queue_.size();
+    }
 
     // Appends the numbers of the block's leaves that are triangles, in the order of their slots.
     void list_leaves(uint64_t b, std::vector<uint32_t>& leaves) const {

@@ -5,8 +5,8 @@
 
 #include "core/file.h"
 #include "splat/build/encode.h"
-#include "splat/format.h"
 #include "splat/build/triangle_layout.h"
+#include "splat/format.h"
 
 namespace splat {
 
@@ -18,6 +18,7 @@ struct CodedModel {
 
 // Fills in block, node, leaf and level counts of `header`, and writes header and blocks.  Group 0 of the
 // upper tree are the root's children.  triangles: of a header with kTriangles, else null.
-void write_model(const CodedModel& model, const TriangleSource* triangles, Header& header, core::OutputFile& out);
+void write_model(const CodedModel& model, const TriangleSource* triangles, Header& header,
+                 core::OutputFile& out);
 
 }  // namespace splat

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/file.h"
-#include "splat/format.h"
 #include "splat/build/triangle_leaves.h"
+#include "splat/format.h"
 
 namespace splat {
 

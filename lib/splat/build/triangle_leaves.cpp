@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "core/parallel.h"
-#include "splat/format.h"
 #include "splat/corner_normal.h"
+#include "splat/format.h"
 
 namespace splat {
 

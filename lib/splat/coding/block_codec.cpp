@@ -7,8 +7,8 @@
 #include <iterator>
 #include <numeric>
 
-#include "splat/node.h"
 #include "splat/coding/symbol_coder.h"
+#include "splat/node.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/coding/block_codec.cpp"

@@ -1,8 +1,8 @@
 // One block of a compressed model: coded by itself, decoded to the bytes of the plain block.
 //
-// Six interleaved state machines (tabled asymmetric numeral systems), to which the fields of a node fall, share
-// one sequence of bits, so that a processor can have several symbols under way at once.  man/qs.5 specifies
-// the bytes.
+// Six interleaved state machines (tabled asymmetric numeral systems), to which the fields of a node fall,
+// share one sequence of bits, so that a processor can have several symbols under way at once.  man/qs.5
+// specifies the bytes.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "splat/format.h"
 #include "splat/coding/symbol_tables.h"
+#include "splat/format.h"
 
 namespace splat {
 

@@ -10,9 +10,9 @@
 
 #include "splat/coding/block_codec.h"
 #include "splat/coding/block_index.h"
-#include "splat/format.h"
 #include "splat/coding/run_codec.h"
 #include "splat/coding/symbol_tables.h"
+#include "splat/format.h"
 
 namespace splat {
 

@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "splat/format.h"
 #include "splat/coding/symbol_tables.h"
+#include "splat/format.h"
 
 namespace splat {
 

@@ -91,8 +91,8 @@ constexpr size_t kMaxTableBytes = 16384;  // more than any tables take
 
 // Of the first `kinds`: kNodeSymbolKinds or kSymbolKinds.
 std::vector<std::byte> encode_tables(const SymbolCounts& counts, uint32_t kinds);
-// Symbols of the other kinds are 0 always.  Throws core::Error "<name>: symbol tables: ..." where the bytes are
-// no tables, or more than tables.
+// Symbols of the other kinds are 0 always.  Throws core::Error "<name>: symbol tables: ..." where the bytes
+// are no tables, or more than tables.
 SymbolShares decode_tables(std::span<const std::byte> bytes, uint32_t kinds, const std::string& name);
 
 // How many bits these take, by field.

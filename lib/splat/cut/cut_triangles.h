@@ -7,8 +7,8 @@
 
 #include "geom/triangle_batch.h"
 #include "splat/cut/cut_groups.h"
-#include "splat/triangle_reader.h"
 #include "splat/cut/triangle_view.h"
+#include "splat/triangle_reader.h"
 
 namespace splat {
 

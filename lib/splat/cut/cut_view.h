@@ -40,8 +40,9 @@ struct CutView {
     bool has_triangles = false;  // some leaves may be handed out as such
     bool by_error = true, cull_backfaces = true, two_sided = false, has_colour = false;
     bool is_profiled = false;  // nothing is drawn: all that is visible is listed as open, with what it needs
-    std::atomic<uint32_t>* last_number = nullptr;  // of waiting nodes, if they are listed; colours are then lanes
-    uint32_t colour = 0;         // of all, where there is no channel
+    std::atomic<uint32_t>* last_number =
+        nullptr;          // of waiting nodes, if they are listed; colours are then lanes
+    uint32_t colour = 0;  // of all, where there is no channel
 
     glm::vec3 turned(const glm::vec3& n) const {
         return {glm::dot(right, n), glm::dot(down, n), glm::dot(forward, n)};

@@ -7,9 +7,9 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "pm/build/details.h"
+#include "pm/build/writer.h"
 #include "pm/extract.h"
 #include "pm/verify.h"
-#include "pm/build/writer.h"
 #include "test_models.h"
 
 namespace {

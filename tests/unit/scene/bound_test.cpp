@@ -51,8 +51,7 @@ class Subject {
         options.kind = kind;
         render::Frame frame;
         const scene::DrawReport report = painter_.draw(view, options, frame);
-        const scene::ReferenceMeasures measures =
-            reference_.measure(view, options.look, frame);
+        const scene::ReferenceMeasures measures = reference_.measure(view, options.look, frame);
         EXPECT_EQ(measures.difference.holes, 0u)
             << describe(view) << ", threshold " << threshold_px << ", kind " << int(kind);
         EXPECT_LE(measures.measured_error_px, report.counts.error_bound_px + rounding_px(view))

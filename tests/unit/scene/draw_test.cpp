@@ -104,8 +104,7 @@ TEST(ModelPainter, BoundsTheErrorBesideTheEyeWhereNearKeepsItOff) {
         view.near = 0.05 * model.header().scale;
         const Drawn drawn = draw({{&model}}, view, {});
         EXPECT_TRUE(std::isfinite(drawn.report.counts.error_bound_px));
-        const scene::ReferenceMeasures m =
-            reference.measure(view, {}, drawn.frame);
+        const scene::ReferenceMeasures m = reference.measure(view, {}, drawn.frame);
         EXPECT_LE(m.measured_error_px, drawn.report.counts.error_bound_px + 2e-3);
     }
 }

@@ -34,7 +34,8 @@ std::map<std::string, int> documented_keys() {
     std::smatch match;
     for (std::string line; std::getline(page, line);) {
         if (std::regex_match(line, match, row)) ++keys[match[1]];
-        if (std::regex_match(line, match, std::regex(R"(^\.IR? (frustum|backface|occlusion|stream)( ,)?$)"))) ++keys[match[1]];
+        if (std::regex_match(line, match, std::regex(R"(^\.IR? (frustum|backface|occlusion|stream)( ,)?$)")))
+            ++keys[match[1]];
     }
     return keys;
 }

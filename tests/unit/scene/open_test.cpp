@@ -54,8 +54,7 @@ TEST(OpenSurface, IsRecognisedAndShowsBothSides) {
     for (const glm::dvec3& direction : kDirections) {
         const geom::View view = view_from(model, direction);
         const render::Frame frame = draw(model, view);
-        const scene::ReferenceMeasures measures =
-            reference.measure(view, {}, frame);
+        const scene::ReferenceMeasures measures = reference.measure(view, {}, frame);
         EXPECT_EQ(measures.difference.holes, 0u);
         EXPECT_GT(measures.difference.coverage_iou, 0.9);
     }

@@ -38,8 +38,7 @@ render::Frame drawn(const mesh::Mesh& mesh, const geom::View& view) {
 }
 
 scene::ReferenceMeasures measure(const render::Frame& frame) {
-    return scene::Reference(plane(), "plane", true)
-        .measure(view_of_plane(), {}, frame);
+    return scene::Reference(plane(), "plane", true).measure(view_of_plane(), {}, frame);
 }
 
 }  // namespace
@@ -50,8 +49,7 @@ TEST(Reference, FindsNoErrorInItsOwnPicture) {
     camera.eye = {1, 2, 4};
     const geom::View view = geom::make_view(camera, 160, 120);
     scene::Reference reference(mesh, "torus", true);
-    const scene::ReferenceMeasures m =
-        reference.measure(view, {}, drawn(mesh, view));
+    const scene::ReferenceMeasures m = reference.measure(view, {}, drawn(mesh, view));
     EXPECT_TRUE(std::isinf(m.difference.psnr_db));
     EXPECT_EQ(m.difference.holes, 0u);
     EXPECT_EQ(m.difference.silhouette_growth, 0);
@@ -97,8 +95,7 @@ TEST(Reference, MeasuresTheSameWithAnyNumberOfThreads) {
     for (const int threads : {1, 2, 16}) {
         core::set_thread_count(threads);
         scene::Reference reference(mesh, "torus", true);
-        const double error_px =
-            reference.measure(view, {}, frame).measured_error_px;
+        const double error_px = reference.measure(view, {}, frame).measured_error_px;
         if (threads == 1) expected = error_px;
         EXPECT_GT(error_px, 0);
         EXPECT_EQ(error_px, expected);

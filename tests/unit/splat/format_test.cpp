@@ -115,7 +115,9 @@ TEST(QsHeader, RefusesBlocksElsewhere) {
     Bytes bytes = some_bytes();
     bytes[13] = std::byte{1};
     repair_header(bytes);
-    EXPECT_EQ(refusal(bytes), "m.qs: header: blocks from byte 256 on, version 1 has them from 1024 on; build the model again with qs-build");
+    EXPECT_EQ(refusal(bytes),
+              "m.qs: header: blocks from byte 256 on, version 1 has them from 1024 on; build the model again "
+              "with qs-build");
 }
 
 TEST(QsHeader, RefusesAGapThatIsNotEmptyAsFarAsItIsThere) {
@@ -124,7 +126,8 @@ TEST(QsHeader, RefusesAGapThatIsNotEmptyAsFarAsItIsThere) {
         bytes.resize(at);
         EXPECT_EQ(refusal(bytes), "");
         bytes.push_back(std::byte{1});
-        EXPECT_EQ(refusal(bytes), core::text("m.qs: header: byte %zu is not 0, as all before the blocks are", at));
+        EXPECT_EQ(refusal(bytes),
+                  core::text("m.qs: header: byte %zu is not 0, as all before the blocks are", at));
     }
     Bytes bytes = some_bytes();
     bytes.resize(splat::kBlocksAt);

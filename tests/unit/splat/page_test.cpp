@@ -11,8 +11,8 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "splat/node.h"
 #include "splat/coding/symbol_tables.h"
+#include "splat/node.h"
 #include "splat/triangle_reader.h"
 #include "test_meshes.h"
 
@@ -147,7 +147,8 @@ std::string describe_header(const Bytes& b) {
         out += dump_line(b, at, 8, core::text("%llu ", static_cast<unsigned long long>(n)) + what);
     };
     out += dump_line(b, 0, 8, "magic");
-    out += dump_line(b, 8, 8, core::text("version %u, blocks from byte %zu on", h.version(), splat::kBlocksAt));
+    out +=
+        dump_line(b, 8, 8, core::text("version %u, blocks from byte %zu on", h.version(), splat::kBlocksAt));
     out += dump_line(b, 16, 8, core::text("blocks of %u bytes, flags %u", h.block_size, h.flags));
     for (int k = 0; k < 3; ++k)
         out += dump_line(b, size_t(24 + 8 * k), 8, core::text("origin %c = %g", 'x' + k, h.origin[k]));
@@ -261,7 +262,8 @@ std::string describe_triangles(const Bytes& b) {
     for (const auto& placed : triangles.runs()) {
         EXPECT_FALSE(placed.run.has_normals());
         const size_t begin = block + splat::kTriangleBlockHeader + placed.at, size = placed.run.size_bytes();
-        const std::vector<Field> fields = RunFields(std::span(b).subspan(begin, size), placed.run, h.lattice_bits).all();
+        const std::vector<Field> fields =
+            RunFields(std::span(b).subspan(begin, size), placed.run, h.lattice_bits).all();
         for (size_t at = 0; at < size; at += 4) {
             const size_t count = std::min<size_t>(4, size - at);
             std::string what;
@@ -346,7 +348,8 @@ TEST(QsPage, HasTheCodeTables) {
     for (int k = 0; k < splat::kRadiusLevels; ++k) {
         rows += core::text("%d|%s|%s", k, shortest(splat::kRadius[k]).c_str(),
                            k < 4 ? shortest(splat::kFlatness[k]).c_str() : "");
-        for (const auto& errors : splat::kErrorOfRadius) rows.append("|").append(k < 8 ? shortest(errors[k]) : "");
+        for (const auto& errors : splat::kErrorOfRadius)
+            rows.append("|").append(k < 8 ? shortest(errors[k]) : "");
         rows += "\n";
     }
     expect_table("codes", rows);
@@ -410,10 +413,26 @@ TEST(QsPage, HasTheErrorOfCornerNormals) {
 }
 
 TEST(QsPage, HasTheSymbolsOfCompressedBlocks) {
-    const char* const kinds[] = {"group|", "shape|", "attitude|", "radius|", "normal|", "along|", "green|", "red|", "blue|", "bit|",
-                                 "glue|", "entry|", "position class|", "position|", "normal class|", "corner|"};
-    const char* const lanes[] = {"|2", "|0", "|1", "|2", "|3 (x), 4 (y)", "|5", "|2", "|3", "|4", "|2",
-                                 "|0", "|1", "|3", "|0 (x), 1 (y), 2 (z)", "|3", "|0 (column), 1 (row)"};
+    const char* const kinds[] = {"group|",          "shape|",    "attitude|",     "radius|",
+                                 "normal|",         "along|",    "green|",        "red|",
+                                 "blue|",           "bit|",      "glue|",         "entry|",
+                                 "position class|", "position|", "normal class|", "corner|"};
+    const char* const lanes[] = {"|2",
+                                 "|0",
+                                 "|1",
+                                 "|2",
+                                 "|3 (x), 4 (y)",
+                                 "|5",
+                                 "|2",
+                                 "|3",
+                                 "|4",
+                                 "|2",
+                                 "|0",
+                                 "|1",
+                                 "|3",
+                                 "|0 (x), 1 (y), 2 (z)",
+                                 "|3",
+                                 "|0 (column), 1 (row)"};
     std::string rows = "kind|contexts|symbols|L|lane\n";
     for (size_t k = 0; k < splat::kSymbolKinds; ++k) {
         const splat::SymbolField& f = splat::kSymbolFields[k];

@@ -191,8 +191,7 @@ TEST(TriangleCut, OfAPrefixDrawsSplatsWhereTrianglesAreMissing) {
     const splat::Header h = splat::parse_header(whole, "");
     for (const uint64_t blocks :
          {h.node_blocks() / 2, h.node_blocks(), (h.node_blocks() + h.block_count) / 2, h.block_count}) {
-        const Bytes bytes(whole.begin(),
-                          whole.begin() + ptrdiff_t(h.block_at(blocks)));
+        const Bytes bytes(whole.begin(), whole.begin() + ptrdiff_t(h.block_at(blocks)));
         const splat::Model model = open_model(bytes);
         const Handed handed = cut_model(model, view_of(model, 6), leaves_from(0));
         EXPECT_EQ(handed.triangles.empty(), blocks <= h.node_blocks());

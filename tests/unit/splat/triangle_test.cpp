@@ -7,8 +7,8 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "splat/extract.h"
 #include "splat/build/run_packer.h"
+#include "splat/extract.h"
 #include "splat/triangle_reader.h"
 #include "splat/verify.h"
 #include "test_meshes.h"
@@ -363,8 +363,7 @@ TEST(TriangleLeaves, OfAPrefixAreThoseThatAreThere) {
     const splat::Header h = splat::parse_header(whole, "");
     size_t last = 0;
     for (uint64_t blocks = h.node_blocks(); blocks <= h.block_count; blocks += 1) {
-        const Bytes bytes(whole.begin(),
-                          whole.begin() + ptrdiff_t(h.block_at(blocks)));
+        const Bytes bytes(whole.begin(), whole.begin() + ptrdiff_t(h.block_at(blocks)));
         const size_t count = triangles_of(open_model(bytes)).size();
         EXPECT_GE(count, last);
         if (blocks == h.node_blocks()) {
