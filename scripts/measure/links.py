@@ -22,9 +22,10 @@ http {{
     access_log off; sendfile on; tcp_nopush off; keepalive_requests 100000;
     client_body_temp_path {folder}/t1; proxy_temp_path {folder}/t2; fastcgi_temp_path {folder}/t3;
     uwsgi_temp_path {folder}/t4; scgi_temp_path {folder}/t5;
-    server {{ listen 127.0.0.1:{port}; root {root}; }}
+    server {{ listen 127.0.0.1:{port}{tls}; root {root}; }}
 }}
 """
+TLS = " ssl http2; ssl_certificate {certificate}; ssl_certificate_key {certificate}"
 
 
 class Link:
@@ -79,12 +80,22 @@ def ended(process):
         process.wait()
 
 
+def make_certificate(file):
+    """Of a server at 127.0.0.1, that vouches for itself, and its key."""
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost",
+                    "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", file, "-out", file.with_suffix(".only")],
+                   check=True, stderr=subprocess.DEVNULL)
+    with open(file, "ab") as both:
+        both.write(file.with_suffix(".only").read_bytes())
+
+
 @contextlib.contextmanager
-def web_server(folder, root):
-    """nginx, which serves a folder; gives its port."""
+def web_server(folder, root, certificate=None):
+    """nginx, which serves a folder, over TLS where it has a certificate; gives its port."""
     port = free_port()
     user = "user root;" if os.geteuid() == 0 else ""
-    (folder / "nginx.conf").write_text(NGINX.format(folder=folder, root=root, port=port, user=user))
+    tls = TLS.format(certificate=certificate) if certificate else ""
+    (folder / "nginx.conf").write_text(NGINX.format(folder=folder, root=root, port=port, user=user, tls=tls))
     process = subprocess.Popen([nginx_program(), "-c", folder / "nginx.conf"], stderr=subprocess.DEVNULL)
     with ended(process):
         wait_for(lambda: answers(port), "nginx")
@@ -96,12 +107,14 @@ def nginx_program():
 
 
 @contextlib.contextmanager
-def daemon(bench, cache, link=None, keep=False):
-    """qs-fetch's daemon, with an empty cache unless `keep`; gives its process."""
+def daemon(bench, cache, link=None, keep=False, certificate=None):
+    """qs-fetch's daemon, with an empty cache unless `keep`, that trusts a certificate; gives its process."""
     if not keep:
         shutil.rmtree(cache, ignore_errors=True)
     program = bench.program("qs-fetch")
     options = link.daemon_options() if link else []
+    if certificate:
+        options += ["--cacert", certificate]
     process = subprocess.Popen([program, "serve", "--cache", cache, "--quiet", *options], stderr=subprocess.DEVNULL)
     with ended(process):
         wait_for(lambda: (cache / "socket").exists(), "qs-fetch")
