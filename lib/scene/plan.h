@@ -1,5 +1,6 @@
-// How many bytes a view will need, estimated from what of its models is there: within a tenth where
-// kPlanBytes of each are, in the order in which the view needs them.
+// How many bytes a view will need, estimated from what of its models is there: within a third where
+// kPlanBytes of each are, in the order in which the view needs them.  (Of the whole dragon 5 % too many at
+// most, of the same surface with 16 times as many vertices 7 % too few to 20 % too many.)
 #pragma once
 
 #include <span>
