@@ -1,9 +1,9 @@
 // A server of progressive meshes: sessions as in the paper (Kim, Lee, Kobbelt, section 5.1), on net::Server.
 //
-// One thread.  A view takes the place of the one before it, after at most one packet; a client that does not
-// read has no packets made for it.  Replicas (served_model.h) are kept for the clients that were answered
-// last, up to a limit for all of them together, and made anew from the record of sent splits where they are
-// missing.
+// One thread.  A view takes the place of the one before it, after at most one turn: a packet, or as many as
+// make an answer that begins again worth its beginning.  A client that does not read has no packets made for
+// it.  Nothing is kept of a client but its record (SentRecord), and for a few the answer that is being made;
+// one that was given up for others begins again.
 #pragma once
 
 #include <memory>

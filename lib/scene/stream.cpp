@@ -237,8 +237,7 @@ void Stream::ask(std::vector<BlockRequest> requests) {
 }
 
 // While pictures go on.  (Who waits for all of a view is not helped by other blocks.)
-void Stream::ask_in_time(std::span<const Lack> lacks) {
-    std::vector<BlockRequest> requests = requests_of(lacks);
+void Stream::ask_in_time(std::vector<BlockRequest> requests, std::span<const Lack> lacks) {
     if (!requests.empty() && options_.prefetches && !options_.byte_budget) fill_link(requests, lacks);
     ask(std::move(requests));
 }
@@ -275,11 +274,15 @@ void Stream::ask_ahead() {
     take_stock();
     if (views_.empty()) return;
     std::vector<Lack> lacks = find_lacks(wanted_);
-    if (requests_of(lacks).empty() && !are_same(wanted_, views_)) lacks = find_lacks(views_);
-    if (requests_of(lacks).empty())
+    std::vector<BlockRequest> requests = requests_of(lacks);
+    if (requests.empty() && !are_same(wanted_, views_)) {
+        lacks = find_lacks(views_);
+        requests = requests_of(lacks);
+    }
+    if (requests.empty())
         ask(requests_when_idle());
     else
-        ask_in_time(lacks);
+        ask_in_time(std::move(requests), lacks);
 }
 
 void Stream::wait_until(double until_s) {
@@ -297,7 +300,9 @@ StreamReport Stream::look(const ModelPainter& painter, const DrawReport& drawn) 
     const std::vector<Lack> lacks =
         drawn.counts.groups_missing == 0 ? std::vector<Lack>() : find_lacks(views_);
     measure(lacks, painter, drawn);
-    if (!lacks.empty()) ask_in_time(are_same(wanted_, views_) ? lacks : find_lacks(wanted_));
+    if (lacks.empty()) return report_;
+    const std::vector<Lack> ahead = are_same(wanted_, views_) ? lacks : find_lacks(wanted_);
+    ask_in_time(requests_of(ahead), ahead);
     return report_;
 }
 

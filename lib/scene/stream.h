@@ -103,7 +103,7 @@ class Stream {
     bool is_there(const Block& block) const;
     std::vector<BlockRequest> within_budget(std::vector<BlockRequest> requests);
     void ask(std::vector<BlockRequest> requests);
-    void ask_in_time(std::span<const Lack> lacks);
+    void ask_in_time(std::vector<BlockRequest> requests, std::span<const Lack> lacks);
     void take_stock();
     void note_new_view();
     void measure(std::span<const Lack> lacks, const ModelPainter& painter, const DrawReport& drawn);
