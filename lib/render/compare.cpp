@@ -22,6 +22,18 @@ struct Pair {
     size_t pixel_count() const { return static_cast<size_t>(width) * static_cast<size_t>(height); }
 };
 
+// Calls test(i) for the pixels i of the 3x3 about `pixel` that the picture has; whether all hold.
+template <class Test>
+bool all_about(size_t pixel, int width, int height, const Test& test) {
+    const int x = static_cast<int>(pixel % static_cast<size_t>(width));
+    const int y = static_cast<int>(pixel / static_cast<size_t>(width));
+    for (int v = std::max(y - 1, 0); v < std::min(y + 2, height); ++v)
+        for (int u = std::max(x - 1, 0); u < std::min(x + 2, width); ++u)
+            if (!test(static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u)))
+                return false;
+    return true;
+}
+
 double psnr(uint64_t squared_error, uint64_t values) {
     if (squared_error == 0) return kInfinity;
     return 10 * std::log10(255.0 * 255.0 * static_cast<double>(values) / static_cast<double>(squared_error));
@@ -30,7 +42,7 @@ double psnr(uint64_t squared_error, uint64_t values) {
 // Sums are integers, so that no order of adding changes them.
 struct Sums {
     uint64_t squared = 0, squared_inside = 0;
-    uint64_t inside = 0, only_a = 0, only_b = 0;
+    uint64_t inside = 0, only_a = 0, only_b = 0, holes_inside = 0;
     uint64_t worst = 0;
     int max = 0, worst_x = 0, worst_y = 0;
 };
@@ -50,7 +62,11 @@ uint64_t add_run(const Pair& p, size_t begin, size_t end, Sums& sums) {
         sums.squared_inside += in_a && in_b ? static_cast<uint64_t>(squared) : 0;
         sums.inside += in_a && in_b;
         sums.only_a += in_a && !in_b;
-        sums.only_b += in_b && !in_a;
+        if (in_b && !in_a) {
+            ++sums.only_b;
+            sums.holes_inside +=
+                all_about(i, p.width, p.height, [&](size_t near) { return p.covered_b[near] != 0; });
+        }
     }
     sums.squared += run;
     return run;
@@ -85,6 +101,7 @@ Sums sum_picture(const Pair& p) {
         const Sums& band = bands[i];
         total.squared += band.squared, total.squared_inside += band.squared_inside;
         total.inside += band.inside, total.only_a += band.only_a, total.only_b += band.only_b;
+        total.holes_inside += band.holes_inside;
         total.max = std::max(total.max, band.max);
         if (band.worst > total.worst)
             total.worst = band.worst, total.worst_x = band.worst_x, total.worst_y = band.worst_y;
@@ -222,7 +239,7 @@ ImageDifference measure(const Pair& p) {
     if (sums.only_a > 0)
         d.silhouette_growth =
             in_b > 0 ? static_cast<double>(sums.only_a) / static_cast<double>(in_b) : kInfinity;
-    d.holes = sums.only_b;
+    d.holes = sums.only_b, d.holes_inside = sums.holes_inside;
     d.max_difference = sums.max;
     d.worst_x = sums.worst_x, d.worst_y = sums.worst_y;
     const auto region_width = static_cast<uint64_t>(std::min(kRegion, p.width - d.worst_x));
@@ -276,6 +293,18 @@ std::optional<double> depth_rmse_px(const Frame& a, const Frame& reference, doub
     return std::sqrt(sum / static_cast<double>(count));
 }
 
+uint64_t count_show_through(const Frame& a, const Frame& reference, double focal_px) {
+    uint64_t count = 0;
+    for (size_t i = 0; i < a.depth.size(); ++i) {
+        // Not where `a` is a hole, and of neighbours that the reference does not cover none is nearer.
+        const double za = static_cast<double>(a.depth[i]);
+        count += std::isfinite(za) && all_about(i, a.width, a.height, [&](size_t near) {
+                     return (za / static_cast<double>(reference.depth[near]) - 1) * focal_px > kShowThroughPx;
+                 });
+    }
+    return count;
+}
+
 }  // namespace
 
 ImageDifference compare(const Image& a, const Image& b, glm::u8vec3 background) {
@@ -290,6 +319,7 @@ ImageDifference compare(const Frame& a, const Frame& reference, double focal_px)
     ImageDifference d =
         measure({a.width, a.height, rgb_a.data(), rgb_b.data(), coverage(a), coverage(reference)});
     d.depth_rmse_px = depth_rmse_px(a, reference, focal_px);
+    d.show_through = count_show_through(a, reference, focal_px);
     return d;
 }
 

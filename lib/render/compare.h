@@ -12,6 +12,10 @@
 
 namespace render {
 
+// Depth, times focal_px / the reference's depth.  What is nearer behind the reference is its own surface,
+// within its error: blended splats, cut at 1 pixel, are up to 8 behind it, and far sides tens and hundreds.
+constexpr double kShowThroughPx = 16;
+
 struct ImageDifference {
     double psnr_db = 0;         // all three channels, whole picture; infinity where equal
     double psnr_inside_db = 0;  // over pixels that both cover; infinity where equal or where there are none
@@ -20,7 +24,10 @@ struct ImageDifference {
     double coverage_iou = 1;  // silhouettes: intersection over union; 1 where both are empty
     double silhouette_growth =
         0;  // (covered by a, not by b) / covered by b; infinity where b covers nothing but a does
-    uint64_t holes = 0;      // covered by b, not by a
+    uint64_t holes = 0;  // covered by b, not by a
+    uint64_t holes_inside =
+        0;                   // of these, those inside the silhouette of b, whose outline may be sampled
+                             // otherwise: b covers the 3x3 pixels about them, as far as the picture has them
     int max_difference = 0;  // largest difference of a channel, 0..255
     int worst_x = 0,
         worst_y = 0;  // top left of the 16x16 region (of a grid from 0, 0) with the largest squared error
@@ -28,6 +35,9 @@ struct ImageDifference {
     std::optional<double>
         depth_rmse_px;  // over pixels that both cover, where depths were given: depth difference
                         // times focal_px / the reference's depth; absent where no pixel is shared
+    std::optional<uint64_t> show_through;  // pixels inside the silhouette of b, as above, where a shows what
+                                           // b hides: kShowThroughPx behind all that b has in the 3x3 about
+                                           // them; absent where no depths were given
 };
 
 // `a` is judged against `b`.  Sizes must agree (core::Error).  Without depth, a pixel is covered where it

@@ -126,11 +126,13 @@ core::Json to_json(const NamedDifference& picture) {
     json["coverage_iou"] = d.coverage_iou;
     json["silhouette_growth"] = number(d.silhouette_growth);
     json["holes"] = d.holes;
+    json["holes_inside"] = d.holes_inside;
     json["max_difference"] = d.max_difference;
     json["worst_x"] = d.worst_x;
     json["worst_y"] = d.worst_y;
     json["worst_psnr_db"] = number(d.worst_psnr_db);
     if (d.depth_rmse_px) json["depth_rmse_px"] = number(*d.depth_rmse_px);
+    if (d.show_through) json["show_through"] = *d.show_through;
     return json;
 }
 
@@ -138,13 +140,15 @@ std::string to_text(std::span<const NamedDifference> pictures) {
     size_t widest = 4;
     for (const NamedDifference& picture : pictures) widest = std::max(widest, picture.name.size());
     const int width = static_cast<int>(widest);
-    std::string out = text("%-*s  %7s  %9s  %6s  %6s  %8s  %7s  %7s  %s\n", width, "name", "psnr_db",
-                           "inside_db", "ssim", "iou", "growth_%", "holes", "largest", "worst region");
+    std::string out =
+        text("%-*s  %7s  %9s  %6s  %6s  %8s  %7s  %6s  %7s  %s\n", width, "name", "psnr_db", "inside_db",
+             "ssim", "iou", "growth_%", "holes", "inside", "largest", "worst region");
     for (const auto& [name, d] : pictures)
-        out += text("%-*s  %7s  %9s  %6.4f  %6.4f  %8s  %7llu  %7d  %s\n", width, name.c_str(),
-                    cell(d.psnr_db, 2).c_str(), cell(d.psnr_inside_db, 2).c_str(), d.ssim, d.coverage_iou,
-                    cell(100 * d.silhouette_growth, 3).c_str(), static_cast<unsigned long long>(d.holes),
-                    d.max_difference, worst_region(d).c_str());
+        out +=
+            text("%-*s  %7s  %9s  %6.4f  %6.4f  %8s  %7llu  %6llu  %7d  %s\n", width, name.c_str(),
+                 cell(d.psnr_db, 2).c_str(), cell(d.psnr_inside_db, 2).c_str(), d.ssim, d.coverage_iou,
+                 cell(100 * d.silhouette_growth, 3).c_str(), static_cast<unsigned long long>(d.holes),
+                 static_cast<unsigned long long>(d.holes_inside), d.max_difference, worst_region(d).c_str());
     if (pictures.empty()) return out;
     const auto& [name, d] = worst_picture(pictures);
     if (d.max_difference == 0) return out + "all pixels are equal\n";

@@ -43,7 +43,8 @@ std::vector<std::string> broken_limits(const NamedDifference& picture, const Dif
 // The picture with the lowest PSNR, the first of equals.  `pictures` is not empty.
 const NamedDifference& worst_picture(std::span<const NamedDifference> pictures);
 
-// The members of ImageDifference under their names, depth_rmse_px where there is one; null for infinity.
+// The members of ImageDifference under their names, depth_rmse_px and show_through where they are there; null
+// for infinity.
 core::Json to_json(const NamedDifference& picture);
 
 // A table, one line a picture, and a last line that names the worst picture and its worst region.

@@ -24,6 +24,8 @@ void add_reference(core::Json& json, const ReferenceMeasures& measures) {
     json["coverage_iou"] = d.coverage_iou;
     json["silhouette_growth"] = d.silhouette_growth;
     json["holes"] = d.holes;
+    json["holes_inside"] = d.holes_inside;
+    json["show_through"] = d.show_through.value_or(0);
     json["depth_rmse_px"] = d.depth_rmse_px ? core::Json(*d.depth_rmse_px) : core::Json();
     json["measured_error_px"] = measures.measured_error_px;
 }

@@ -68,6 +68,7 @@ Json difference(const render::Frame& frame, const render::Frame& truth, const ge
     return {{"psnr_db", d.psnr_db},
             {"pixels_differ", double(differ) / double(frame.depth.size())},
             {"holes", d.holes},
+            {"holes_inside", d.holes_inside},
             {"growth", d.silhouette_growth},
             {"depth_rmse_px", d.depth_rmse_px.value_or(0)}};
 }

@@ -220,6 +220,8 @@ void add_comparison(Json& answer, const render::Frame& frame, const render::Fram
     answer["ssim"] = d.ssim;
     answer["growth"] = d.silhouette_growth;
     answer["holes"] = d.holes;
+    answer["holes_inside"] = d.holes_inside;
+    answer["show_through"] = d.show_through.value_or(0);
     answer["depth_rmse_px"] = d.depth_rmse_px.value_or(0);
     answer["covered_px"] =
         std::count_if(truth.depth.begin(), truth.depth.end(), [](float z) { return std::isfinite(z); });

@@ -74,6 +74,56 @@ TEST(Compare, InsideLeavesOutWhatOneOnlyCovers) {
     EXPECT_EQ(d.max_difference, 103);
 }
 
+// A disc: of pixel (x, y) whether its centre is within it.
+struct Disc {
+    double x, y, radius;
+    bool covers(int px, int py) const { return std::hypot(px - x, py - y) < radius; }
+};
+
+Image picture_of(const Disc& disc) {
+    Image image = plain(60, 50, 0);
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x)
+            if (disc.covers(x, y)) paint(image, x, y, 90, 90, 90);
+    return image;
+}
+
+TEST(Compare, AHoleInsideTheSilhouetteIsCounted) {
+    const Disc disc{30, 25, 18};
+    const Image b = picture_of(disc);
+    for (const Disc& hole : {Disc{30, 25, 0.5}, {25, 30, 0.5}, {30, 8.6, 0.5}, {33, 22, 4}}) {
+        Image a = b;
+        uint64_t punched = 0;
+        for (int y = 0; y < a.height; ++y)
+            for (int x = 0; x < a.width; ++x)
+                if (hole.covers(x, y)) paint(a, x, y, 0, 0, 0), ++punched;
+        ASSERT_GT(punched, 0u);
+        EXPECT_EQ(compare(a, b, kBlack).holes_inside, punched) << hole.x << ' ' << hole.y;
+        EXPECT_EQ(compare(a, b, kBlack).holes, punched);
+    }
+}
+
+TEST(Compare, AnOutlineOffByAPixelIsNoHoleInside) {
+    const Disc disc{30, 25, 18};
+    const Image b = picture_of(disc);
+    for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) {
+            const ImageDifference d = compare(picture_of({disc.x + x, disc.y + y, disc.radius}), b, kBlack);
+            EXPECT_EQ(d.holes_inside, 0u) << x << ' ' << y;
+            EXPECT_EQ(d.holes > 0, x != 0 || y != 0);
+        }
+    EXPECT_GT(compare(picture_of({disc.x + 3, disc.y, disc.radius}), b, kBlack).holes_inside, 0u);
+}
+
+TEST(Compare, BeyondThePicturesEdgeTheSilhouetteGoesOn) {
+    const Image b = plain(7, 5, 90);
+    for (const auto& [x, y] : {std::pair{0, 0}, {6, 4}, {0, 2}, {3, 4}}) {
+        Image a = b;
+        paint(a, x, y, 0, 0, 0);
+        EXPECT_EQ(compare(a, b, kBlack).holes_inside, 1u) << x << ' ' << y;
+    }
+}
+
 TEST(Compare, BackgroundDecidesWhatIsCovered) {
     Image a = plain(8, 8, 255), b = a;
     paint(b, 3, 3, 0, 0, 0);
@@ -200,6 +250,49 @@ TEST(CompareFrames, CoverageIsFiniteDepthAndDepthErrorIsInPixels) {
     EXPECT_NEAR(*d.depth_rmse_px, std::sqrt((25.0 + 625.0) / 2), 1e-5);
     a.resize(20, 10);
     EXPECT_FALSE(compare(a, b, 500).depth_rmse_px);
+}
+
+// A disc in front of a wall that it stands out over, as depths: seen by 500 pixels, what is 1 behind 10 is 50
+// behind.
+render::Frame before_a_wall(const Disc& disc) {
+    render::Frame frame;
+    frame.resize(60, 50);
+    for (int y = 0; y < frame.height; ++y)
+        for (int x = 0; x < frame.width; ++x)
+            if (y < 40)
+                frame.depth[size_t(y) * size_t(frame.width) + size_t(x)] = disc.covers(x, y) ? 10.0f : 11.0f;
+    return frame;
+}
+
+TEST(CompareFrames, WhatShowsThroughASurfaceIsCounted) {
+    const render::Frame b = before_a_wall({30, 25, 12});
+    EXPECT_EQ(compare(b, b, 500).show_through, 0u);
+    render::Frame a = b;
+    const size_t middle = 25 * 60 + 30;
+    a.depth[middle] = 11, a.depth[middle + 5] = 11, a.depth[0] = 12;
+    EXPECT_EQ(compare(a, b, 500).show_through, 3u);
+    EXPECT_EQ(compare(a, b, 500).holes, 0u);
+    a.depth[middle] = INFINITY;
+    EXPECT_EQ(compare(a, b, 500).show_through, 2u);
+    EXPECT_EQ(compare(a, b, 500).holes_inside, 1u);
+}
+
+TEST(CompareFrames, ErrorsOfDepthAndOutlinesDoNotShowThrough) {
+    const render::Frame b = before_a_wall({30, 25, 12});
+    render::Frame behind = b, before = b;
+    for (float& depth : behind.depth) depth *= 1 + 15.9f / 500;
+    for (float& depth : before.depth) depth *= 0.5f;
+    EXPECT_EQ(compare(behind, b, 500).show_through, 0u);
+    EXPECT_EQ(compare(before, b, 500).show_through, 0u);
+    for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x)
+            EXPECT_EQ(compare(before_a_wall({30.0 + x, 25.0 + y, 12}), b, 500).show_through, 0u)
+                << x << ' ' << y;
+    // Nor does it count where the wall ends, whatever is drawn behind its last row.
+    render::Frame below = b;
+    for (size_t i = 39 * 60; i < 40 * 60; ++i) below.depth[i] = 100;
+    EXPECT_EQ(compare(below, b, 500).show_through, 0u);
+    EXPECT_GT(compare(before_a_wall({30, 28, 12}), b, 500).show_through, 0u);
 }
 
 TEST(DifferencePicture, BrightensAndMarksSilhouettes) {
