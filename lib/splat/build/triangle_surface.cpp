@@ -143,6 +143,9 @@ class TriangleGatherer {
                 out_.face_normals.set(normals++, glm::vec3(n / length));
             out_.normal_begin.push_back(normals);
             leaves_.is_smooth[in_.points[in_.begin + i].vertex] = is_smooth(i);
+            // The triangle's own.  With the mean of its corners' normals, by which the mesh is shaded, splats
+            // of triangles were 0.9 dB better (armadillo, 640 x 360), but thicker: silhouettes grew by a
+            // sixth more, and where splats are between triangles it was 0.8 dB worse (dragon, 4x zoom).
             out_.normal.push_back(n * (leaves_.step * leaves_.step));
             out_.colour_sum.push_back(out_.colour_sum.back() + glm::u64vec3(colour_of(f)));
         }
