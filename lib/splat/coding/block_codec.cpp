@@ -99,15 +99,26 @@ class NodesToFill {
   public:
     NodesToFill(const BlockLayout& layout, std::byte* block) : arrays_(layout, block) {}
     static uint32_t group_size() { return 1; }
-    static void get(uint32_t, NodeCodes&) {}
-    HWY_INLINE void put(uint32_t slot, const NodeCodes& n) {
-        const uint32_t normal = uint32_t((n.normal[1] + 15) * kNormalSteps + n.normal[0] + 15);
-        arrays_.put(arrays_.attitude, slot, n.attitude | normal << 5 | (n.shape >> 4) << 15);
-        arrays_.put(arrays_.place, slot, n.radius | n.across << 4 | uint32_t(n.along) << 11);
-        std::byte& pair = arrays_.shape[slot / 2];
-        pair = slot & 1 ? pair | std::byte(uint8_t((n.shape & 15) << 4)) : std::byte(uint8_t(n.shape & 15));
+    static void get(uint32_t, uint32_t, RunCodes&) {}
+    // All of the run: so the compiler knows of how many, and does many at once.
+    HWY_INLINE void put(uint32_t first, uint32_t count, RunCodes& run) {
+        uint16_t attitude[kRunNodes], place[kRunNodes];
+        uint8_t shape[kRunNodes / 2];
+        for (uint32_t i = 0; i < kRunNodes; ++i) {
+            const auto normal = uint16_t((run.normal[1][i] + 15) * kNormalSteps + run.normal[0][i] + 15);
+            attitude[i] = uint16_t(run.attitude[i] | normal << 5 | (run.shape[i] >> 4) << 15);
+            place[i] = uint16_t(run.radius[i] | run.across[i] << 4 | run.along[i] << 11);
+        }
+        if (count % 2 != 0) run.shape[count] = 0;
+        for (uint32_t i = 0; i < kRunNodes / 2; ++i)
+            shape[i] = uint8_t((run.shape[2 * i] & 15) | run.shape[2 * i + 1] << 4);
+        std::memcpy(arrays_.attitude + 2 * first, attitude, 2 * count);
+        std::memcpy(arrays_.place + 2 * first, place, 2 * count);
+        std::memcpy(arrays_.shape + first / 2, shape, (count + 1) / 2);
     }
-    HWY_INLINE void put_colour(uint32_t slot, uint32_t colour) { arrays_.put(arrays_.colour, slot, colour); }
+    HWY_INLINE void put_colours(uint32_t first, uint32_t count, const RunCodes& run) {
+        std::memcpy(arrays_.colour + 2 * first, run.colour.data(), 2 * count);
+    }
 
   private:
     Arrays<std::byte> arrays_;
@@ -115,9 +126,9 @@ class NodesToFill {
 
 struct NodesToForget {
     static uint32_t group_size() { return 1; }
-    static void get(uint32_t, NodeCodes&) {}
-    static void put(uint32_t, const NodeCodes&) {}
-    static void put_colour(uint32_t, uint32_t) {}
+    static void get(uint32_t, uint32_t, RunCodes&) {}
+    static void put(uint32_t, uint32_t, const RunCodes&) {}
+    static void put_colours(uint32_t, uint32_t, const RunCodes&) {}
 };
 
 template <bool kHasColour, bool kMeasures, class Nodes>
@@ -147,7 +158,7 @@ HWY_EXPORT(DecodeNodes);
 namespace {
 
 namespace symbols = HWY_NAMESPACE;
-using symbols::NodeCodes;
+using symbols::RunCodes;
 
 // The nodes of a plain block, and its groups in turn.
 class NodesToCode {
@@ -155,21 +166,24 @@ class NodesToCode {
     NodesToCode(const BlockLayout& layout, const PlainBlock& block, bool has_colour)
         : arrays_(layout, block.bytes.data()), groups_(block.groups), has_colour_(has_colour) {}
     uint32_t group_size() { return groups_[next_group_++]; }
-    void get(uint32_t slot, NodeCodes& n) const {
-        const uint32_t attitude = arrays_.get(arrays_.attitude, slot),
-                       place = arrays_.get(arrays_.place, slot);
-        const uint32_t pair = uint32_t(arrays_.shape[slot / 2]);
-        const uint32_t normal = attitude >> 5 & 1023;
-        n.shape = (slot & 1 ? pair >> 4 : pair & 15) | (attitude >> 15) << 4;
-        n.attitude = attitude & 31;
-        n.radius = place & 15;
-        n.across = place >> 4 & 127;
-        n.normal[0] = int32_t(normal % kNormalSteps) - 15, n.normal[1] = int32_t(normal / kNormalSteps) - 15;
-        n.along = int32_t(place >> 11);
-        if (has_colour_) n.colour = arrays_.get(arrays_.colour, slot);
+    void get(uint32_t first, uint32_t count, RunCodes& run) const {
+        for (uint32_t i = 0, slot = first; i < count; ++i, ++slot) {
+            const uint32_t attitude = arrays_.get(arrays_.attitude, slot),
+                           place = arrays_.get(arrays_.place, slot);
+            const uint32_t pair = uint32_t(arrays_.shape[slot / 2]);
+            const uint32_t normal = attitude >> 5 & 1023;
+            run.shape[i] = uint8_t((slot & 1 ? pair >> 4 : pair & 15) | (attitude >> 15) << 4);
+            run.attitude[i] = uint8_t(attitude & 31);
+            run.radius[i] = uint8_t(place & 15);
+            run.across[i] = uint8_t(place >> 4 & 127);
+            run.normal[0][i] = int8_t(int32_t(normal % kNormalSteps) - 15);
+            run.normal[1][i] = int8_t(int32_t(normal / kNormalSteps) - 15);
+            run.along[i] = uint8_t(place >> 11);
+            if (has_colour_) run.colour[i] = uint16_t(arrays_.get(arrays_.colour, slot));
+        }
     }
-    static void put(uint32_t, const NodeCodes&) {}
-    static void put_colour(uint32_t, uint32_t) {}
+    static void put(uint32_t, uint32_t, const RunCodes&) {}
+    static void put_colours(uint32_t, uint32_t, const RunCodes&) {}
 
   private:
     Arrays<const std::byte> arrays_;

@@ -19,6 +19,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdlib>
 
@@ -28,21 +29,24 @@ HWY_BEFORE_NAMESPACE();
 namespace splat {
 namespace HWY_NAMESPACE {
 
-// The codes of one node.
-struct NodeCodes {
-    uint32_t shape = 0;     // flatness, error << 2
-    uint32_t attitude = 0;  // children, cone << 3
-    uint32_t radius = 0;
-    uint32_t across = 60;
-    int32_t normal[2] = {0, 0};  // -15 to 15
-    int32_t along = 0;           // 0 to 31
-    uint32_t colour = 0;
-    bool is_first = false;  // of its group
-};
-
 // Nodes are coded in runs, a run's fields in turn: places first, then normals, then colours.  So what a loop
 // needs fits into registers.
 constexpr uint32_t kRunNodes = 64;
+
+// The codes of a run of nodes, field by field: what needs no symbol is done for many at once.
+struct RunCodes {
+    template <class T>
+    using Field = std::array<T, kRunNodes>;
+    Field<uint8_t> shape{};     // flatness, error << 2
+    Field<uint8_t> attitude{};  // children, cone << 3
+    Field<uint8_t> radius{};
+    Field<uint8_t> across{};
+    Field<int8_t> normal[2]{};  // -15 to 15
+    Field<uint8_t> along{};     // 0 to 31
+    Field<uint16_t> colour{};
+    Field<uint8_t> is_first{};  // of its group
+    Field<int8_t> at[2]{};      // of `across`, -5 to 5
+};
 
 // Signs as masks, 0 or -1, and sums of them: a branch on a sign would go wrong at every other node.
 HWY_INLINE int32_t SignOf(int32_t value) {
@@ -80,55 +84,75 @@ struct NormalsBefore {
     int32_t last_bend = 0;
 };
 
+// By whether the node before is a leaf, and by its shape.
+constexpr auto kShapeContexts = [] {
+    std::array<std::array<uint8_t, 32>, 2> contexts{};
+    for (uint32_t shape = 0; shape < 32; ++shape) {
+        const uint32_t flatness = shape & 3, error = shape >> 2;
+        contexts[0][shape] = uint8_t(flatness);
+        contexts[1][shape] = uint8_t(4 + 3 * std::min(error, 3u) + std::min(flatness, 2u));
+    }
+    return contexts;
+}();
+
 template <class Coder, class Nodes>
-HWY_INLINE void CodePlaces(Coder& coder, Nodes& nodes, PlacesBefore& before, NodeCodes& node) {
-    node.is_first = before.left_in_group == 0;
-    if (node.is_first)
+HWY_INLINE void CodePlaces(Coder& coder, Nodes& nodes, PlacesBefore& before, RunCodes& run, uint32_t i) {
+    const bool is_first = before.left_in_group == 0;
+    if (is_first)
         before.left_in_group = 1 + coder.template code<kRadiusLane, kGroupSize>(0, nodes.group_size() - 1);
     --before.left_in_group;
-    const uint32_t flatness = before.shape & 3, error = before.shape >> 2;
     const uint32_t after_leaf = (before.attitude & 7) == 0;
-    const uint32_t context = after_leaf ? 4 + 3 * std::min(error, 3u) + std::min(flatness, 2u) : flatness;
-    node.shape = coder.template code<kShapeLane, kShape>(context, node.shape);
-    node.attitude =
-        coder.template code<kAttitudeLane, kAttitude>(2 * (before.attitude >> 3) + after_leaf, node.attitude);
-    node.radius =
-        coder.template code<kRadiusLane, kRadiusCode>(node.is_first ? 8 : before.radius >> 1, node.radius);
-    node.across = uint32_t(coder.template plain<kRadiusCode>(7, node.across));
-    before.shape = node.shape, before.attitude = node.attitude, before.radius = node.radius;
+    before.shape =
+        coder.template code<kShapeLane, kShape>(kShapeContexts[after_leaf][before.shape], run.shape[i]);
+    before.attitude = coder.template code<kAttitudeLane, kAttitude>(2 * (before.attitude >> 3) + after_leaf,
+                                                                    run.attitude[i]);
+    before.radius =
+        coder.template code<kRadiusLane, kRadiusCode>(is_first ? 8 : before.radius >> 1, run.radius[i]);
+    run.across[i] = uint8_t(coder.template plain<kRadiusCode>(7, run.across[i]));
+    run.is_first[i] = is_first;
+    run.shape[i] = uint8_t(before.shape), run.attitude[i] = uint8_t(before.attitude);
+    run.radius[i] = uint8_t(before.radius);
+}
+
+// What normals are held against: where across, from the middle.
+HWY_INLINE void FindAcross(RunCodes& run) {
+    for (uint32_t i = 0; i < kRunNodes; ++i) {
+        const uint16_t row = uint16_t(uint16_t(run.across[i] * 187) >> 11);  // across / 11
+        run.at[0][i] = int8_t(run.across[i] - 11 * row - 5);
+        run.at[1][i] = int8_t(row - 5);
+    }
 }
 
 template <int kAxis, class Coder>
-HWY_INLINE void CodeNormal(Coder& coder, const NormalsBefore& before, NodeCodes& node) {
+HWY_INLINE int32_t CodeNormal(Coder& coder, const NormalsBefore& before, bool is_first, int32_t normal) {
     const int32_t last = before.normal[kAxis];
-    const int32_t context = node.is_first ? 16 : std::abs(last);
-    node.normal[kAxis] = CodeSigned<kNormalLane + kAxis, kNormal>(coder, context, node.normal[kAxis], 15,
-                                                                  node.is_first ? 0 : SignOf(last));
+    const int32_t context = is_first ? 16 : std::abs(last);
+    return CodeSigned<kNormalLane + kAxis, kNormal>(coder, context, normal, 15, is_first ? 0 : SignOf(last));
 }
 
 // Siblings lie on one surface: a step along the normal goes with how much more the normal leans outwards.
 template <class Coder>
-HWY_INLINE void CodeAlong(Coder& coder, const NormalsBefore& before, NodeCodes& node, int32_t bend) {
+HWY_INLINE int32_t CodeAlong(Coder& coder, const NormalsBefore& before, bool is_first, int32_t along,
+                             int32_t bend) {
     const int32_t ripple_class = 2 + SignOf(before.ripple - 32) + SignOf(before.ripple - 64);
-    const int32_t context =
-        node.is_first ? 15 : 5 * ripple_class + StepsOf(bend - before.last_bend, 6, 18) + 2;
-    const int32_t from = node.is_first ? 0 : before.along;
-    const uint32_t step = uint32_t(node.along - from) & 31;
-    node.along =
-        int32_t(coder.template code<kAlongLane, kAlong>(uint32_t(context), step) + uint32_t(from)) & 31;
+    const int32_t context = is_first ? 15 : 5 * ripple_class + StepsOf(bend - before.last_bend, 6, 18) + 2;
+    const int32_t from = is_first ? 0 : before.along;
+    const uint32_t step = uint32_t(along - from) & 31;
+    return int32_t(coder.template code<kAlongLane, kAlong>(uint32_t(context), step) + uint32_t(from)) & 31;
 }
 
 template <class Coder>
-HWY_INLINE void CodeNormals(Coder& coder, NormalsBefore& before, NodeCodes& node) {
-    CodeNormal<0>(coder, before, node);
-    CodeNormal<1>(coder, before, node);
-    const int32_t row = int32_t(node.across * 187 >> 11);  // across / 11
-    const int32_t bend = node.normal[0] * (int32_t(node.across) - 11 * row - 5) + node.normal[1] * (row - 5);
-    CodeAlong(coder, before, node, bend);
+HWY_INLINE void CodeNormals(Coder& coder, NormalsBefore& before, RunCodes& run, uint32_t i) {
+    const bool is_first = run.is_first[i] != 0;
+    const int32_t u = CodeNormal<0>(coder, before, is_first, run.normal[0][i]);
+    const int32_t v = CodeNormal<1>(coder, before, is_first, run.normal[1][i]);
+    const int32_t bend = u * run.at[0][i] + v * run.at[1][i];
+    const int32_t along = CodeAlong(coder, before, is_first, run.along[i], bend);
+    run.normal[0][i] = int8_t(u), run.normal[1][i] = int8_t(v), run.along[i] = uint8_t(along);
 
-    if (!node.is_first) before.ripple += (16 * std::abs(node.along - before.along) - before.ripple) >> 2;
-    before.last_bend = bend, before.along = node.along;
-    before.normal[0] = node.normal[0], before.normal[1] = node.normal[1];
+    if (!is_first) before.ripple += (16 * std::abs(along - before.along) - before.ripple) >> 2;
+    before.last_bend = bend, before.along = along;
+    before.normal[0] = u, before.normal[1] = v;
 }
 
 struct ColoursBefore {
@@ -138,49 +162,52 @@ struct ColoursBefore {
 
 // Differences to the node before: of green without its last bit, then of red and blue to that of green.
 template <class Coder>
-HWY_INLINE void CodeColour(Coder& coder, ColoursBefore& before, NodeCodes& node) {
+HWY_INLINE uint32_t CodeColour(Coder& coder, ColoursBefore& before, uint32_t colour) {
     const uint32_t last = before.colour, last_bit = last >> 5 & 1;
     const auto difference = [](uint32_t a, uint32_t b) { return (a - b) & 31; };
     const uint32_t green = coder.template code<kRadiusLane, kGreen>(uint32_t(before.has_green_change),
-                                                                    difference(node.colour >> 6, last >> 6));
+                                                                    difference(colour >> 6, last >> 6));
     const uint32_t red = coder.template code<kNormalLane, kRed>(
-        uint32_t(green != 0), difference(difference(node.colour >> 11, last >> 11), green));
+        uint32_t(green != 0), difference(difference(colour >> 11, last >> 11), green));
     const uint32_t blue =
-        coder.template code<kNormalLane + 1, kBlue>(0, difference(difference(node.colour, last), green));
+        coder.template code<kNormalLane + 1, kBlue>(0, difference(difference(colour, last), green));
     const bool is_same = green == 0 && red == 0 && blue == 0;
     const uint32_t bit =
-        coder.template code<kRadiusLane, kGreenBit>(uint32_t(is_same), (node.colour >> 5 & 1) ^ last_bit);
-    node.colour = (((last >> 11) + green + red) & 31) << 11 | (((last >> 6) + green) & 31) << 6 |
-                  (bit ^ last_bit) << 5 | ((last + green + blue) & 31);
-    before.colour = node.colour, before.has_green_change = green != 0;
+        coder.template code<kRadiusLane, kGreenBit>(uint32_t(is_same), (colour >> 5 & 1) ^ last_bit);
+    before.colour = (((last >> 11) + green + red) & 31) << 11 | (((last >> 6) + green) & 31) << 6 |
+                    (bit ^ last_bit) << 5 | ((last + green + blue) & 31);
+    before.has_green_change = green != 0;
+    return before.colour;
 }
 
-// Nodes have group_size(), get(slot, codes), put(slot, codes) and put_colour(slot, colour).  A coder's
-// begin() stands before what is at most 57 bits.  False where there is no more input, or the groups are
+// Nodes have group_size(), get(first, count, run), put(first, count, run) and put_colours(first, count, run):
+// behind `count` a run has anything.  A coder's
+// begin() stands before what is at most 56 bits.  False where there is no more input, or the groups are
 // not those of `count` nodes.
 template <bool kHasColour, class Coder, class Nodes>
 HWY_INLINE bool CodeNodes(Coder& coder, Nodes& nodes, uint32_t count) {
     PlacesBefore places;
     NormalsBefore normals;
     ColoursBefore colours;
-    NodeCodes run[kRunNodes];
+    RunCodes run;
     for (uint32_t first = 0; first < count; first += kRunNodes) {
         const uint32_t in_run = std::min(kRunNodes, count - first);
-        for (uint32_t i = 0; i < in_run; ++i) nodes.get(first + i, run[i]);
+        nodes.get(first, in_run, run);
         for (uint32_t i = 0; i < in_run; ++i) {
             if (!coder.begin()) return false;
-            CodePlaces(coder, nodes, places, run[i]);
+            CodePlaces(coder, nodes, places, run, i);
         }
+        FindAcross(run);
         for (uint32_t i = 0; i < in_run; ++i) {
             if (!coder.begin()) return false;
-            CodeNormals(coder, normals, run[i]);
-            nodes.put(first + i, run[i]);
+            CodeNormals(coder, normals, run, i);
         }
+        nodes.put(first, in_run, run);
         for (uint32_t i = 0; kHasColour && i < in_run; ++i) {
             if (!coder.begin()) return false;
-            CodeColour(coder, colours, run[i]);
-            nodes.put_colour(first + i, run[i].colour);
+            run.colour[i] = uint16_t(CodeColour(coder, colours, run.colour[i]));
         }
+        if (kHasColour) nodes.put_colours(first, in_run, run);
     }
     return places.left_in_group == 0;
 }

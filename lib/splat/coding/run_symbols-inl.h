@@ -265,10 +265,12 @@ class RunSteps {
         wide |= is_wide(y);
         const uint32_t z =
             coder_.template code<kThirdLane, kPosition>(wide ? some : none, width.high_of(known_z));
-        if (HWY_UNLIKELY(width.low > 9) && !coder_.begin()) return false;
-        const uint64_t low = coder_.template plain<kPosition>(
-            3 * width.low, width.low_of(known_x) | width.low_of(known_y) << width.low |
-                               width.low_of(known_z) << 2 * width.low);
+        const bool are_many = width.low > 8;  // more low bits than are there behind three symbols
+        if (HWY_UNLIKELY(are_many) && !coder_.begin()) return false;
+        uint64_t low = coder_.template plain<kPosition>(
+            2 * width.low, width.low_of(known_x) | width.low_of(known_y) << width.low);
+        if (HWY_UNLIKELY(are_many) && !coder_.begin()) return false;
+        low |= coder_.template plain<kPosition>(width.low, width.low_of(known_z)) << 2 * width.low;
         row_.put(size_class | width.joined(x, low) << kClassBits |
                      width.joined(y, low >> width.low) << (kClassBits + width.all),
                  kClassBits + 2 * width.all);
@@ -305,7 +307,7 @@ class RunSteps {
         return true;
     }
 
-    static constexpr uint32_t kWidest = 24;  // what three of have fewer than 57 low bits
+    static constexpr uint32_t kWidest = 24;  // what two of have fewer than 57 low bits
     Coder& coder_;
     Row& row_;
     const uint32_t lattice_bits_;
@@ -321,8 +323,8 @@ HWY_INLINE bool CodeRuns(Coder& coder, Row& row, RunPlace place, uint32_t rest, 
     if (!steps.take_place(place) || !coder.begin()) return false;
     rest = uint32_t(coder.template plain<kGlue>(7, rest));
     return place.cut + rest <= total && row.begin() && steps.template as_they_are<kPosition>(place.cut) &&
-           steps.take_steps(place, total - rest) && row.at() == total - rest &&
-           steps.template as_they_are<kPosition>(rest);
+           steps.take_steps(place, total - rest) && row.at() == total - rest && coder.begin() &&
+           row.begin() && steps.template as_they_are<kPosition>(rest);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,7 +1,7 @@
 // What goes through the symbols of a block to be compressed: counts them, or codes them.  A model of symbols
 // (block_symbols-inl.h, run_symbols-inl.h) asks a coder for code<lane, kind>(context, symbol), which returns
 // the symbol, and plain<kind>(bits, value), which returns the value; a decoder (symbol_decoder-inl.h) finds
-// both, and does not look at what it is given.  begin() stands before what is at most 57 bits, and is false
+// both, and does not look at what it is given.  begin() stands before what is at most 56 bits, and is false
 // where there are no more.
 #pragma once
 
