@@ -18,10 +18,7 @@ for ((i = 0; i < 6; ++i)); do xdotool mousemove_relative 8 3 sleep 0.02; done
 xdotool mouseup 1 sleep 0.2 key space mousemove 150 110 click 4 click 4
 press_keys r
 wait_for test -s qs-view-0001.jsonl
-# Opened anew, with the camera where it is: what is complete then is of this camera.
-before=$(said "picture complete")
-press_keys F5
-then_says "$before" "picture complete"
+open_anew
 press_keys s
 wait_for test -s qs-view-0002.png
 frames=$(wc -l < qs-view-0001.jsonl)
@@ -44,20 +41,11 @@ press_keys ctrl+1 h
 press_keys 1
 [[ $(camera) == "$saved" ]] && echo "the saved view is gone back to"
 
-# What the window shows, by its colours: the legend's red is nowhere else.
-shows() { # R G B: whether the window has so coloured pixels
-    ffmpeg -v error -y -f x11grab -video_size 320x240 -i "$DISPLAY+0,0" -frames:v 1 -f rawvideo -pix_fmt rgb24 window.rgb
-    python3 -c 'import sys
-data = open("window.rgb", "rb").read()
-colour = bytes(map(int, sys.argv[1:]))
-sys.exit(not any(data[i:i + 3] == colour for i in range(0, len(data), 3)))' "$@"
-}
-shows 220 60 50 || echo "no legend yet"
+shows_legend || echo "no legend yet"
 press_keys c
-wait_for shows 220 60 50 && echo "colours have a legend"
-# The rim of the glass.
+wait_for shows_legend && echo "colours have a legend"
 xdotool mousemove 160 120 keydown m
-wait_for shows 204 204 204 && echo "the glass is there while M is held"
+wait_for shows_glass && echo "the glass is there while M is held"
 xdotool keyup m
 press_keys q
 end_viewer
