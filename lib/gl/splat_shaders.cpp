@@ -1,5 +1,7 @@
 #include "gl/splat_shaders.h"
 
+#include <cmath>
+
 #include "core/error.h"
 #include "gl/shading_source.h"
 #include "render/shading.h"
@@ -22,6 +24,7 @@ uniform float focal;
 
 flat out vec2 middle;   // of the outline, from the first pixel that is drawn
 flat out vec4 form;     // l1, l2, l3, push
+flat out vec2 core;     // core_a, core_b / kCoreScale
 flat out vec3 depth;    // w, w_dx, w_dy
 flat out vec3 normal;
 flat out vec3 material; // 0..255
@@ -34,11 +37,13 @@ struct Outline {
     vec2 shift, extent;
     vec3 form, depth;
     float clearance;
+    vec2 core;
 };
 
 Outline aligned_outline(float inverse_z, float radius_px) {
     float edge = KIND == SQUARE ? 1.0 : 1.0 - 0.5 * EDGE;
-    return Outline(vec2(0), vec2(radius_px), vec3(edge / radius_px, 0, edge / radius_px), vec3(inverse_z, 0, 0), 1.0);
+    return Outline(vec2(0), vec2(radius_px), vec3(edge / radius_px, 0, edge / radius_px), vec3(inverse_z, 0, 0), 1.0,
+                   vec2(0));
 }
 
 Outline ellipsoid_outline(vec2 t, float inverse_z, float r, float radius_px, vec3 n, float flatness) {
@@ -66,6 +71,10 @@ Outline ellipsoid_outline(vec2 t, float inverse_z, float r, float radius_px, vec
     const float edge = (1.0 - 0.5 * EDGE) * (1.0 - GROWTH);
     float k = sqrt(clearance / (vyy * det)) * (edge / radius_px);
     o.form = vec3(vyy * k, -vxy * k, edge / o.extent.y);
+    vec2 thinned = radius_px / clearance * sqrt(c) * CORE_THINNED * along;
+    vec2 m = vec2(o.form.x * thinned.x + o.form.y * thinned.y, o.form.z * thinned.y);
+    m *= CORE_SCALE * inversesqrt(max(1.0 - dot(m, m), CORE_LEAST));
+    o.core = trunc(clamp(m, -CORE_MOST, CORE_MOST)) / CORE_SCALE;
     vec2 u = (c * t + g * np * n.xy) / s;
     o.depth = inverse_z * vec3(1.0 + dot(e, u), u / focal);
     return o;
@@ -129,6 +138,7 @@ void main() {
     middle = centre - origin;
     form = vec4(o.form, is_aligned ? 0.0 : inverse_z * (along_ray / (1.0 + along_ray)));
     depth = o.depth;
+    core = o.core;
     normal = facing.xyz;
     material = material_of_splat();
 
@@ -162,6 +172,7 @@ constexpr const char* kFragment = R"(
 flat in vec2 middle;
 flat in vec4 form;
 flat in vec3 depth;
+flat in vec2 core;
 flat in vec3 normal;
 flat in vec3 material;
 #if QUADS
@@ -181,6 +192,7 @@ uniform float triangle_lead;  // by which they are multiplied against those of s
 
 struct Fragment {
     float w, t, push;
+    float order;  // 1, or for covers what makes them farther than any core
 };
 
 #if QUADS
@@ -203,7 +215,7 @@ Fragment near_fragment() {
         w = du / pup;
     }
     w = min(w, 1.0e6);
-    return Fragment(w * near_shape.y, EDGE, w * near_shape.y * (w / (1.0 + w)));
+    return Fragment(w * near_shape.y, EDGE, w * near_shape.y * (w / (1.0 + w)), 1.0);
 }
 #endif
 
@@ -219,6 +231,11 @@ Fragment outline_fragment() {
 #else
     f.t = 1.0 - b * b - a * a;
     if (!(f.t >= EDGE)) discard;
+#endif
+    f.order = 1.0;
+#if HAS_CORES
+    float s = core.x * a + core.y * b;
+    if (!(f.t - s * s >= CORE_EDGE)) f.order = COVER_ORDER;
 #endif
     return f;
 }
@@ -240,7 +257,7 @@ Fragment splat_fragment() {
 }
 
 // Above 0, which is what nothing was drawn on, and above what is flushed to it.
-float buffer_depth(float key) { return clamp(key * depth_scale, 1.0e-37, 1.0); }
+float buffer_depth(Fragment f, float key) { return clamp(key * depth_scale, LEAST_DEPTH, 1.0) * f.order; }
 )";
 
 constexpr const char* kNearestPass = R"(
@@ -248,13 +265,16 @@ layout(location = 0) out uvec2 result;
 
 void main() {
     Fragment f = splat_fragment();
-    gl_FragDepth = buffer_depth(f.w - f.push * (1.0 - f.t));
+    gl_FragDepth = buffer_depth(f, f.w - f.push * (1.0 - f.t));
     result = uvec2(floatBitsToUint(f.w), shaded(normal, material));
 }
 )";
 
 constexpr const char* kFrontPass = R"(
-void main() { gl_FragDepth = buffer_depth(splat_fragment().w); }
+void main() {
+    Fragment f = splat_fragment();
+    gl_FragDepth = buffer_depth(f, f.w);
+}
 )";
 
 constexpr const char* kWithinFront = R"(
@@ -266,7 +286,7 @@ const float kRounding = 5.0e-7;
 Fragment fragment_within_front() {
     Fragment f = splat_fragment();
     float nearest = texelFetch(front, ivec2(gl_FragCoord.xy), 0).r;
-    if (buffer_depth(f.w) < nearest - f.push * depth_scale - nearest * kRounding) discard;
+    if (buffer_depth(f, f.w) < nearest - f.push * f.order * depth_scale - nearest * kRounding) discard;
     return f;
 }
 )";
@@ -336,6 +356,15 @@ std::string heading(const SplatVariant& v) {
                        int(v.has_triangles));
     text += core::text("#define EDGE %.9g\n#define GROWTH %.9g\n#define MIN_FLATNESS %.9g\n",
                        double(render::kEdge), double(render::kGrowth), double(render::kMinFlatness));
+    const bool has_cores = v.kind == render::SplatKind::ellipse || v.kind == render::SplatKind::smooth;
+    const double flatness = double(render::kCoreFlatness);
+    text += core::text("#define HAS_CORES %d\n#define CORE_EDGE %.9g\n#define CORE_THINNED %.9g\n",
+                       int(has_cores), double(render::kCoreEdge), std::sqrt(1 - flatness * flatness));
+    text += core::text("#define CORE_LEAST %.9g\n#define CORE_SCALE %.9g\n#define CORE_MOST 32767.0\n",
+                       flatness * flatness, double(render::kCoreScale));
+    // Two ranges, one above the other, in what a float has from 2^-126 to 1.
+    text += core::text("#define COVER_ORDER %.9g\n#define LEAST_DEPTH %.9g\n", double(render::kCoverOrder),
+                       0x1p-90);
     text += core::text("#define MIN_CLEARANCE %.9g\n#define MIN_BOUNDED_CLEARANCE %.9g\n",
                        double(render::kMinClearance), double(render::kMinBoundedClearance));
     return text + "#define LEVEL_COLOURS " + level_colours() + "\n";

@@ -16,9 +16,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace render::HWY_NAMESPACE {
 
-// Thickness of a splat's core, in that of the splat.
-constexpr float kCoreFlatness = 0.1f;
-
 // Outline and depth of N splats; offsets and extents in pixels about the projection of the centre.
 struct Outline {
     V centre_dx, centre_dy;
@@ -52,7 +49,7 @@ HWY_INLINE void set_core(Outline& o, V half_thickness_px, V an, V bn) {
 // s = c P.P + (1 - c) (n.P)^2.  Each of these is written as a sum of squares (aSa = |a x n|^2 + c (a.n)^2),
 // so that the only difference left is the one that vanishes where the splat reaches the eye's plane.
 HWY_INLINE Outline ellipsoid_outline(float focal_px, V tx, V ty, V inverse_z, V r, V radius_px, V nx, V ny,
-                                     V nz, V flatness, bool has_core) {
+                                     V nz, V flatness) {
     const F d;
     const V one = hn::Set(d, 1.0f);
     const V tiny = hn::Set(d, 1.0e-30f);
@@ -105,11 +102,7 @@ HWY_INLINE Outline ellipsoid_outline(float focal_px, V tx, V ty, V inverse_z, V 
     o.l2 = hn::Neg(hn::Mul(vxy, k));
     o.l3 = hn::Div(edge, o.extent_y);
 
-    if (has_core) {
-        set_core(o, hn::Mul(scale_px, hn::Sqrt(c)), an, bn);
-    } else {
-        o.core_a = o.core_b = hn::Zero(d);
-    }
+    set_core(o, hn::Mul(scale_px, hn::Sqrt(c)), an, bn);
 
     // Polar plane: 1/z = (1 + e.u/s) / z0 with u = c P + (1 - c) (n.P) n.
     const V gnp = hn::Mul(g, np);

@@ -50,9 +50,16 @@ inline constexpr float kMinFlatness = 1.0f / 4096.0f;
 inline constexpr float kGrowth = 1.0e-5f;
 
 // The core of a splat is where t - (s a + u b)^2 is at least kCoreEdge, for s, u = core_a, core_b /
-// kCoreScale: the ellipsoid with a tenth of its thickness and 0.95 of its radius.
-inline constexpr float kCoreScale = 2048;
+// kCoreScale: the ellipsoid with kCoreFlatness of its thickness and 0.95 of its radius.
+inline constexpr float kCoreScale = 2048, kCoreFlatness = 0.1f;
 inline constexpr float kCoreEdge = 1 - 0.95f * 0.95f;
+
+// The rest of the ellipsoid is its cover.  It is there so that there is no hole, and larger than the surface:
+// where a surface ends before another, at a fold, covers would make it end too late.  So a pixel shows cores
+// if it has any, however far behind covers: those are ordered by their inverse depths times kCoverOrder,
+// which rounds nothing.  That is behind all cores up to four thousand million times as far as the cover.
+// What is above kLeastCoreOrder is taken for a core: right from a depth of 2e-5 units up to one of 6e4.
+inline constexpr float kCoverOrder = 0x1p-32f, kLeastCoreOrder = 0x1p-16f;
 
 // A splat that contains the eye, or reaches to its plane or nearly so.  Its outline may be any conic, so
 // that each pixel's ray is intersected.  Lengths in units of its radius.
@@ -89,11 +96,6 @@ struct SetupParams {
     SetupParams() = default;
     SetupParams(const geom::View& seen, const SplatterOptions& wanted);
 
-    // Where a pixel has one sample it may show nothing but covers: else a hole would be a pixel wide.
-    bool has_cores() const {
-        return options.look.samples_across > 1 &&
-               (options.kind == SplatKind::ellipse || options.kind == SplatKind::smooth);
-    }
     bool has_limits() const { return view.near || view.far; }
 };
 

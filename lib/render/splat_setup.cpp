@@ -135,7 +135,7 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
 
         const Outline o = aligned ? aligned_outline(inverse_z, radius_px, options.kind == SplatKind::square)
                                   : ellipsoid_outline(focal, demote(txd), demote(tyd), inverse_z, r,
-                                                      radius_px, nx, ny, nz, flatness, params.has_cores());
+                                                      radius_px, nx, ny, nz, flatness);
 
         const PixelRange xs = pixel_range(
             hn::Add(hn::Add(demote(projected_x), o.centre_dx), hn::Set(d, static_cast<float>(principal.x))),

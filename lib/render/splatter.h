@@ -14,6 +14,10 @@
 // bounded where the plane of a flat disc is not.  How the outline is found without cancellation:
 // splat_outline-inl.h.
 //
+// What an ellipsoid covers is larger than the surface it stands for, which shows where that ends before
+// another.  So a pixel shows the cores of splats, flatter and narrower ellipsoids, if it has any that its
+// triangle does not hide, and what is but covered only where it has none: kCoverOrder in splat_record.h.
+//
 // Of each tile the triangles are drawn first (tile_triangles.h), so that the order in which they came among
 // the splats is of no matter; then a pixel takes only the splats in front of its triangle.
 //

@@ -132,7 +132,7 @@ void draw_pixels(const SetupParams& params, const TileJob& job, TileScratch& scr
 
 template <class Pixel, Shape kShape>
 void draw_and_shade(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
-    if constexpr (Pixel::kBlends && kShape == Shape::outline) {
+    if constexpr (Pixel::kBlends) {
         const bool lacks_triangles = params.options.has_triangles && job.map && !job.map->is_repeated();
         if (lacks_triangles) return draw_pixels<Doubtful<Pixel>, kShape>(params, job, scratch, frame);
     }
@@ -142,9 +142,8 @@ void draw_and_shade(const SetupParams& params, const TileJob& job, TileScratch& 
 }
 
 template <class Pixel>
-void draw_outlines(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
-    if (params.has_cores()) return draw_and_shade<Pixel, Shape::layers>(params, job, scratch, frame);
-    draw_and_shade<Pixel, Shape::outline>(params, job, scratch, frame);
+void draw_ellipsoids(const SetupParams& params, const TileJob& job, TileScratch& scratch, Frame& frame) {
+    draw_and_shade<Pixel, Shape::ellipsoid>(params, job, scratch, frame);
 }
 
 const char* name_of_target() {
@@ -157,14 +156,16 @@ void draw_tile(const SetupParams& params, const TileJob& job, TileScratch& scrat
     const bool has_splats = !job.runs.empty() || !job.near_splats.empty();
     if (options.kind == SplatKind::square || !has_splats)
         return draw_and_shade<Nearest, Shape::square>(params, job, scratch, frame);
-    if (options.kind != SplatKind::smooth) return draw_outlines<Nearest>(params, job, scratch, frame);
+    if (options.kind == SplatKind::circle)
+        return draw_and_shade<Nearest, Shape::circle>(params, job, scratch, frame);
+    if (options.kind == SplatKind::ellipse) return draw_ellipsoids<Nearest>(params, job, scratch, frame);
     const ShadingNeeds needs = needs_of(options);
     if (!needs.normals) {
-        return needs.colours ? draw_outlines<Blend<false, true>>(params, job, scratch, frame)
-                             : draw_outlines<Blend<false, false>>(params, job, scratch, frame);
+        return needs.colours ? draw_ellipsoids<Blend<false, true>>(params, job, scratch, frame)
+                             : draw_ellipsoids<Blend<false, false>>(params, job, scratch, frame);
     }
-    return needs.colours ? draw_outlines<Blend<true, true>>(params, job, scratch, frame)
-                         : draw_outlines<Blend<true, false>>(params, job, scratch, frame);
+    return needs.colours ? draw_ellipsoids<Blend<true, true>>(params, job, scratch, frame)
+                         : draw_ellipsoids<Blend<true, false>>(params, job, scratch, frame);
 }
 
 }  // namespace render::HWY_NAMESPACE

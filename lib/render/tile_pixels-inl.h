@@ -22,15 +22,14 @@ namespace render::HWY_NAMESPACE {
 // Inverse depth of what nothing was drawn on: farther than infinity, so that the first fragment always starts
 // a pixel afresh and no other plane needs clearing.
 constexpr float kNothing = -3.0e38f;
-constexpr float kFarthestCover = -1.0e38f;
 
 // What one splat puts into the lanes of one vector.
 struct Fragment {
     M inside;
     V w;      // inverse depth
-    V order;  // the same, or what else grows with nearness
+    V order;  // the same, or of a cover that times kCoverOrder
     V t;      // 1 in the splat's middle, kEdge at its rim
-    V push;   // R of depth as inverse depth
+    V push;   // R of depth as a difference of orders
 };
 
 // What is the same for all of a splat's fragments.
@@ -149,8 +148,9 @@ struct Blend {
     }
 };
 
-// A pixel that takes only what is between the view's near and far, and in front of its triangle.  Of several
-// samples a cover is in front of none, as it is in front of no core: a triangle is nothing but core.
+// A pixel that takes only what is between the view's near and far, and in front of its triangle.  Covers in
+// front of it are not behind it as they are behind cores: where triangles and splats of a surface meet, what
+// lies farther back would show between them.
 template <class Pixel>
 struct Limited : Pixel {
     static constexpr int kLimit = Pixel::kPlanes, kPlanes = Pixel::kPlanes + 1;
@@ -163,7 +163,7 @@ struct Limited : Pixel {
 
     HWY_INLINE void put(const Fragment& f, float* HWY_RESTRICT at) const {
         Fragment shown = f;
-        const M in_front = hn::Gt(f.order, hn::Load(F(), at + kLimit * kBlockPixels));
+        const M in_front = hn::Gt(f.w, hn::Load(F(), at + kLimit * kBlockPixels));
         const M in_range = hn::And(hn::Ge(f.w, least_w), hn::Le(f.w, most_w));
         shown.inside = hn::And(f.inside, hn::And(in_range, in_front));
         Pixel::put(shown, at);

@@ -136,7 +136,10 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
     const F d;
     const Look& look = params.options.look;
     const glm::u8vec3 background = look.background;
-    const auto cover = hn::Set(U(), kCoverSample << 24), core = hn::Set(U(), kCoreSample << 24);
+    // A pixel of one sample is not mixed.
+    const bool tells_covers = look.samples_across > 1;
+    const auto core = hn::Set(U(), kCoreSample << 24);
+    const auto cover = tells_covers ? hn::Set(U(), kCoverSample << 24) : core;
     const auto no_colour =
         hn::Set(U(), uint32_t(background.r) | uint32_t(background.g) << 8 | uint32_t(background.b) << 16);
     const V no_depth = hn::Set(d, std::numeric_limits<float>::infinity());
@@ -164,8 +167,8 @@ void resolve(const SetupParams& params, const TileJob& job, float* state, Frame&
                     }
                 }
                 hn::Store(hn::IfThenElse(drawn, depth, depth_behind), d, block_depths + lane);
-                const auto mark =
-                    hn::IfThenElse(hn::RebindMask(U(), hn::Lt(order, hn::Zero(d))), cover, core);
+                const auto mark = hn::IfThenElse(
+                    hn::RebindMask(U(), hn::Lt(order, hn::Set(d, kLeastCoreOrder))), cover, core);
                 const auto shaded = hn::Or(Pixel::shade(params, at), mark);
                 hn::Store(hn::IfThenElse(hn::RebindMask(U(), drawn), shaded, colour_behind), U(),
                           block_colours + lane);

@@ -16,6 +16,7 @@ using render::SplatRecord;
 
 struct Fragment {
     double w, t, push;
+    double order;  // w, or w times kCoverOrder
     glm::vec3 normal;
     uint32_t colour;
 };
@@ -29,7 +30,10 @@ void put_record(const SplatRecord& r, const Put& put) {
             const double a = double(r.l1) * dx + double(r.l2) * dy, b = double(r.l3) * dy;
             const double t = 1 - a * a - b * b;
             if (t < double(render::kEdge)) continue;
-            put(x, y, {r.w + r.w_dx * dx + r.w_dy * dy, t, r.push, {r.nx, r.ny, r.nz}, r.colour});
+            const double s = (r.core_a * a + r.core_b * b) / double(render::kCoreScale);
+            const double layer = t - s * s >= double(render::kCoreEdge) ? 1 : double(render::kCoverOrder);
+            const double w = r.w + r.w_dx * dx + r.w_dy * dy;
+            put(x, y, {w, t, r.push * layer, w * layer, {r.nx, r.ny, r.nz}, r.colour});
         }
 }
 
@@ -54,7 +58,7 @@ void put_near(const NearSplat& s, const geom::View& view, const Put& put) {
             }
             w = std::min(w, 1e6);
             const double unit = s.inverse_radius;
-            put(x, y, {w * unit, double(render::kEdge), w * unit * (w / (1 + w)), n, s.colour});
+            put(x, y, {w * unit, double(render::kEdge), w * unit * (w / (1 + w)), w * unit, n, s.colour});
         }
 }
 
@@ -107,11 +111,11 @@ render::Frame draw_in_two_passes(const Splats& splats) {
         return pixels[size_t(y) * size_t(frame.width) + size_t(x)];
     };
     for_each_fragment(splats, [&](int x, int y, const Fragment& f) {
-        pixel_at(x, y).front = std::max(pixel_at(x, y).front, f.w);
+        pixel_at(x, y).front = std::max(pixel_at(x, y).front, f.order);
     });
     for_each_fragment(splats, [&](int x, int y, const Fragment& f) {
         Pixel& pixel = pixel_at(x, y);
-        if (f.w < pixel.front - f.push) return;
+        if (f.order < pixel.front - f.push) return;
         const double weight = f.t * f.t;
         if (weight > pixel.largest) pixel.largest = weight, pixel.lead = f.w;
         pixel.weight += weight;

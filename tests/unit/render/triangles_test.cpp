@@ -375,8 +375,7 @@ TEST(Triangles, PushSplatsBackByPixelsOfDepth) {
         }
 }
 
-// No hole where triangles meet splats, and nothing of what lies behind.  (Of several samples what is behind
-// shows where a splat is but a cover, be it triangles or splats.)
+// No hole where triangles meet splats, and nothing of what lies behind.
 TEST(Triangles, JoinSplatsWithoutAHole) {
     const Mesh front = render_test::sheet(64, -1.6f, -1.6f, 0.05f, 3, 0.4f, 0.01f, 3);
     for (const SplatKind kind : {SplatKind::ellipse, SplatKind::smooth})
