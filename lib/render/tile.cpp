@@ -49,7 +49,9 @@ HWY_INLINE void for_blocks(const TileJob& job, const Body& body) {
 // any order in which it might have come between the others.  A fragment that starts such a pixel afresh would
 // have done so with the hidden ones, too, which have no larger w than the limit.  From then on both pixels
 // are the same: w is beyond the limit, so a hidden fragment would not have counted.  Whereas one that is not
-// started afresh stays no number.  With Nearest the same goes for the key, which is below w.
+// started afresh stays no number.  With Nearest the same goes for the key, which is below w.  What counts is
+// the order, which is w or, of a cover, far less: a hidden cover is below the limit all the more, and a cover
+// that is drawn starts no such pixel afresh, so that it stays no number until a core does.
 //
 // Among what is hidden there may be triangles; none has w above the limit either.  A triangle that is drawn
 // and is nearer than that hides all of them, and what else is hidden: the pixel needs no other proof.

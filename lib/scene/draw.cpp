@@ -99,7 +99,7 @@ splat::Cut::Sifted ModelPainter::outline() {
 bool ModelPainter::finds_hidden(const geom::View& view, const DrawOptions& options) {
     const Occlusion occlusion = options.occlusion;
     if (occlusion == Occlusion::off || !prover_) return false;
-    // Of several samples a core shows through covers, wherever it is.
+    // The map's blocks are of pixels, the splatter's of samples.
     if (options.look.samples_across > 1) return false;
     if (occlusion == Occlusion::automatic && !choice_.is_due()) return false;
     map_.begin(view, unit_);

@@ -181,9 +181,8 @@ HWY_INLINE uint32_t CodeColour(Coder& coder, ColoursBefore& before, uint32_t col
 }
 
 // Nodes have group_size(), get(first, count, run), put(first, count, run) and put_colours(first, count, run):
-// behind `count` a run has anything.  A coder's
-// begin() stands before what is at most 56 bits.  False where there is no more input, or the groups are
-// not those of `count` nodes.
+// behind `count` a run has anything.  A coder's begin() stands before what is at most 56 bits.  False where
+// there is no more input, or the groups are not those of `count` nodes.
 template <bool kHasColour, class Coder, class Nodes>
 HWY_INLINE bool CodeNodes(Coder& coder, Nodes& nodes, uint32_t count) {
     PlacesBefore places;

@@ -4,12 +4,14 @@
 
 #include <atomic>
 #include <cstring>
+#include <memory>
 #include <thread>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "splat/coding/block_index.h"
 #include "splat/coding/coded_file.h"
+#include "splat/coding/run_codec.h"
 #include "splat/info.h"
 #include "splat/verify.h"
 #include "test_meshes.h"
@@ -93,6 +95,54 @@ TEST(Compress, BlocksOfTrianglesAreSmallerEach) {
     uint64_t bytes = 0;
     for (uint64_t b = h.node_blocks(); b < h.block_count; ++b) bytes += file.place_of(b).size;
     EXPECT_LT(bytes, h.triangle_blocks * h.block_size * 19 / 20);
+}
+
+// The runs of a model's blocks of triangles, one block after the other.
+std::vector<splat::PlainRuns> runs_of(const splat::Header& h, const splat::RunCodec& codec,
+                                      const Bytes& plain) {
+    std::vector<splat::PlainRuns> runs;
+    splat::RunPlace place;
+    const auto block_at = [&](uint64_t b) {
+        if (b == h.block_count) return std::span<const std::byte>();
+        return std::span(plain).subspan(h.block_at(b), h.block_size);
+    };
+    for (uint64_t b = h.node_blocks(); b < h.block_count; ++b) {
+        runs.push_back({block_at(b), place});
+        place = codec.end_of(runs.back(), block_at(b + 1));
+    }
+    return runs;
+}
+
+// None has to be stored as it is because it would not come back.  A block ends with a part of a step, and
+// what a decoder has ahead behind a long step does not reach for it.
+TEST(RunCodec, BlocksWithStepsOfAnyLengthComeBack) {
+    Random random(9);
+    for (const double roughness : {0.02, 0.3, 3.0, 50.0}) {
+        mesh::Mesh rough = terrain(100);
+        for (glm::vec3& p : rough.positions)
+            p += glm::vec3(roughness * glm::dvec3(random.unit(), random.unit(), random.unit()));
+        const Bytes plain = build_bytes(rough, kTriangleLeaves);
+        const splat::Header h = splat::parse_header(plain, "plain");
+        const splat::RunCodec codec(h);
+        const std::vector<splat::PlainRuns> runs = runs_of(h, codec, plain);
+        ASSERT_GT(runs.size(), 50u);
+        splat::SymbolCounts counts = splat::no_symbols();
+        for (const splat::PlainRuns& r : runs)
+            if (codec.can_code(r)) codec.count(r, counts);
+        const splat::SymbolShares shares =
+            splat::decode_tables(splat::encode_tables(counts, splat::kSymbolKinds), splat::kSymbolKinds, "");
+        const auto encoding = std::make_unique<splat::EncodingTables>(shares);
+        const auto decoding = std::make_unique<splat::DecodingTables>(shares);
+        size_t coded = 0;
+        for (size_t i = 0; i < runs.size(); ++i) {
+            if (!codec.can_code(runs[i])) continue;
+            ++coded;
+            Bytes again(h.block_size);
+            EXPECT_TRUE(codec.decode(codec.encode(runs[i], *encoding), *decoding, again)) << i;
+            EXPECT_TRUE(std::equal(again.begin(), again.end(), runs[i].bytes.begin())) << i;
+        }
+        EXPECT_GT(coded, runs.size() * 9 / 10);
+    }
 }
 
 // Each alone: no other block is asked for.
