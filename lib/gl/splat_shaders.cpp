@@ -192,6 +192,7 @@ uniform float triangle_lead;  // by which they are multiplied against those of s
 
 struct Fragment {
     float w, t, push;
+    float gain;   // gain_of()
     float order;  // 1, or for covers what makes them farther than any core
 };
 
@@ -215,7 +216,7 @@ Fragment near_fragment() {
         w = du / pup;
     }
     w = min(w, 1.0e6);
-    return Fragment(w * near_shape.y, EDGE, w * near_shape.y * (w / (1.0 + w)), 1.0);
+    return Fragment(w * near_shape.y, EDGE, w * near_shape.y * (w / (1.0 + w)), 1.0, 1.0);
 }
 #endif
 
@@ -224,6 +225,7 @@ Fragment outline_fragment() {
     float a = form.x * d.x + form.y * d.y, b = form.z * d.y;
     Fragment f;
     f.push = form.w;
+    f.gain = form.w * MOST_GAIN > depth.x ? depth.x / form.w : MOST_GAIN;
     f.w = depth.x + (depth.y * d.x + depth.z * d.y);
 #if KIND == SQUARE
     f.t = 1.0;
@@ -299,7 +301,7 @@ layout(location = 1) out vec4 colours;
 
 void main() {
     Fragment f = fragment_within_front();
-    float weight = f.t * f.t;
+    float weight = f.t * f.gain;
     normals = weight * vec4(normal, 1);
 #if HAS_MATERIAL
     colours = weight * vec4(material, 1);
@@ -312,7 +314,7 @@ layout(location = 0) out float lead;
 
 void main() {
     Fragment f = fragment_within_front();
-    gl_FragDepth = f.t * f.t;
+    gl_FragDepth = f.t;
     lead = f.w;
 }
 )";
@@ -356,6 +358,7 @@ std::string heading(const SplatVariant& v) {
                        int(v.has_triangles));
     text += core::text("#define EDGE %.9g\n#define GROWTH %.9g\n#define MIN_FLATNESS %.9g\n",
                        double(render::kEdge), double(render::kGrowth), double(render::kMinFlatness));
+    text += core::text("#define MOST_GAIN %.9g\n", double(render::kMostGain));
     const bool has_cores = v.kind == render::SplatKind::ellipse || v.kind == render::SplatKind::smooth;
     const double flatness = double(render::kCoreFlatness);
     text += core::text("#define HAS_CORES %d\n#define CORE_EDGE %.9g\n#define CORE_THINNED %.9g\n",

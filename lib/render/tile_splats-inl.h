@@ -39,7 +39,7 @@ HWY_INLINE void draw_splat(const SplatRecord& r, const SetupParams& params, cons
     const V core_b = hn::Set(d, static_cast<float>(r.core_b) * (1 / kCoreScale));
     const V push = hn::Set(d, r.push), cover_order = hn::Set(d, kCoverOrder);
     Fragment f;
-    f.push = push;
+    f.push = push, f.gain = hn::Set(d, gain_of(r));
     for (size_t lane = 0; lane < kBlockPixels; lane += kLanes) {
         const V lane_x = hn::Load(d, kLaneX + lane), lane_y = hn::Load(d, kLaneY + lane);
         const V lane_a = hn::Add(hn::Mul(hn::Set(d, r.l1), lane_x), hn::Mul(hn::Set(d, r.l2), lane_y));
@@ -92,7 +92,8 @@ void draw_near_splat(const NearSplat& s, const SetupParams& params, const TileJo
     const V vc = hn::Set(d, c), vg = hn::Set(d, g);
     const Pixel pixel(Surface{s.nx, s.ny, s.nz, s.colour, params.least_w, params.most_w});
     Fragment f;
-    f.t = hn::Set(d, kEdge);  // of least weight, and pushed back by all of R: gives way to whole splats
+    // Of least weight, and pushed back by all of R: gives way to whole splats.
+    f.t = hn::Set(d, kEdge), f.gain = one;
     // Whole blocks of the part of the tile that the splat may touch.
     const int x0 = std::max(s.x0 - job.x0, job.left) / kBlockSize * kBlockSize;
     const int y0 = std::max(s.y0 - job.y0, job.top) / kBlockSize * kBlockSize;

@@ -16,6 +16,7 @@ using render::SplatRecord;
 
 struct Fragment {
     double w, t, push;
+    double gain;   // as render::gain_of() says
     double order;  // w, or w times kCoverOrder
     glm::vec3 normal;
     uint32_t colour;
@@ -33,7 +34,7 @@ void put_record(const SplatRecord& r, const Put& put) {
             const double s = (r.core_a * a + r.core_b * b) / double(render::kCoreScale);
             const double layer = t - s * s >= double(render::kCoreEdge) ? 1 : double(render::kCoverOrder);
             const double w = r.w + r.w_dx * dx + r.w_dy * dy;
-            put(x, y, {w, t, r.push * layer, w * layer, {r.nx, r.ny, r.nz}, r.colour});
+            put(x, y, {w, t, r.push * layer, double(gain_of(r)), w * layer, {r.nx, r.ny, r.nz}, r.colour});
         }
 }
 
@@ -58,7 +59,7 @@ void put_near(const NearSplat& s, const geom::View& view, const Put& put) {
             }
             w = std::min(w, 1e6);
             const double unit = s.inverse_radius;
-            put(x, y, {w * unit, double(render::kEdge), w * unit * (w / (1 + w)), w * unit, n, s.colour});
+            put(x, y, {w * unit, double(render::kEdge), w * unit * (w / (1 + w)), 1, w * unit, n, s.colour});
         }
 }
 
@@ -116,8 +117,8 @@ render::Frame draw_in_two_passes(const Splats& splats) {
     for_each_fragment(splats, [&](int x, int y, const Fragment& f) {
         Pixel& pixel = pixel_at(x, y);
         if (f.order < pixel.front - f.push) return;
-        const double weight = f.t * f.t;
-        if (weight > pixel.largest) pixel.largest = weight, pixel.lead = f.w;
+        const double weight = f.t * f.gain;
+        if (f.t > pixel.largest) pixel.largest = f.t, pixel.lead = f.w;
         pixel.weight += weight;
         pixel.normal += weight * glm::dvec3(f.normal);
         pixel.colour += weight * glm::dvec3(f.colour & 255u, f.colour >> 8 & 255u, f.colour >> 16 & 255u);
