@@ -113,8 +113,9 @@ void select(std::span<TreePoint> points, size_t wanted, int axis, float at, cons
 }
 
 // An empty band that is so wide, by the box's longest side, is a gap.  Between rows of a few leaves there are
-// bands of a third.
-constexpr float kGap = 0.4f;
+// bands of a third.  (With 0.4 the file of the CT head, all thin folds, is 2 % larger, its pictures at 8 px
+// have a tenth fewer splats, and those at 1 px 2 %, for the same PSNR; scans differ by less.)
+constexpr float kGap = 0.5f;
 
 // Sorts a subtree.
 class SubtreeSorter {
