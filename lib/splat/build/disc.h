@@ -27,6 +27,10 @@ struct LeafDisc {
 // call left before another.
 void leaf_errors(Surface& surface, std::span<const LeafDisc> discs, uint32_t& now, std::span<float> errors);
 
+// The same of one disc by the faces about some leaves, wherever they are; of more than 256 the first are
+// used.
+float faces_error(const Surface& surface, const LeafDisc& disc, std::span<const uint32_t> leaves);
+
 // The same of a leaf that is a triangle, inside whose disc its corners are.
 float triangle_error(const Surface& surface, const LeafDisc& disc);
 

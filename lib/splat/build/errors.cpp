@@ -1,6 +1,7 @@
 #include "splat/build/errors.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "core/stopwatch.h"
 #include "splat/build/disc.h"
@@ -13,6 +14,7 @@ constexpr float kRoundUp = 1.0001f;  // over the float rounding of distances
 constexpr float kVague = 0.2f;       // of the radius: a leaf's error above it is worth a second look
 constexpr float kNear =
     0.5f;  // of their radii: parts that only graze a node's sphere cost time and say nothing
+constexpr size_t kLowered = 64;     // leaves of a subtree; of 256 those beyond hardly ever matter
 constexpr float kRounding = 1e-5f;  // of the radius: heights beside 0 are differences
 
 }  // namespace
@@ -121,6 +123,41 @@ class ErrorSetter {
         }
         for (const auto& [leaf, error] : better)
             tree_.decoded[leaf].error = std::min(tree_.decoded[leaf].error, error);
+        if (asks_others) lower_largest();
+    }
+
+    // The bound of a frame is the largest error in it, and that of a few leaves, at rims mostly, may be
+    // several times too large: other sheets of the surface are near that no edge leads to.  So the largest of
+    // the subtree are held against all faces that are near.
+    void lower_largest() {
+        struct Vague {
+            float error;
+            uint32_t leaf, parent;
+        };
+        std::vector<Vague> vague;
+        for (uint32_t node = 0; node < tree_.size(); ++node) {
+            if (is_leaf(node)) continue;
+            const NodeRange children = parts_of(node);
+            for (uint32_t c = children.first; c < children.first + children.count; ++c)
+                if (is_leaf(c) && tree_.decoded[c].error > kVague * tree_.decoded[c].radius)
+                    vague.push_back({tree_.decoded[c].error, c, node});
+        }
+        const size_t count = std::min(kLowered, vague.size());
+        std::partial_sort(vague.begin(), vague.begin() + ptrdiff_t(count), vague.end(),
+                          [](const Vague& a, const Vague& b) {
+                              return std::tie(b.error, a.leaf) < std::tie(a.error, b.leaf);
+                          });
+        for (size_t k = 0; k < count; ++k)
+            tree_.decoded[vague[k].leaf].error =
+                std::min(vague[k].error, error_by_faces(vague[k].leaf, vague[k].parent));
+    }
+
+    float error_by_faces(uint32_t leaf, uint32_t parent) {
+        near_leaves_.assign(1, leaf_of_[leaf]);
+        for (const uint32_t n : touching(spheres_, families_of(parent), leaf, 1, near_))
+            if (n != leaf && is_leaf(n)) near_leaves_.push_back(leaf_of_[n]);
+        const LeafDisc disc = disc_of(leaf);
+        return (faces_error(surface_, disc, near_leaves_) + kRounding * disc.radius) * kRoundUp;
     }
 
     float error_by_others(uint32_t leaf, uint32_t parent) {
@@ -171,6 +208,7 @@ class ErrorSetter {
     uint32_t now_ = 0;  // for leaf_errors()
     Spheres spheres_;
     std::vector<uint32_t> family_begin_, near_;  // by node
+    std::vector<uint32_t> near_leaves_;
     std::vector<NodeRange> families_;
     std::vector<const Node*> parts_;
 };

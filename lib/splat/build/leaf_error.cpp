@@ -465,37 +465,48 @@ class MeasuredTriangle {
     bool has_area_;
 };
 
-// Bound on the distance of the disc's points from the faces about the leaf and about its neighbours that are
-// not far from the disc (of more than kMost, the first ones).
-HWY_NOINLINE float NearFacesError(const Surface& surface, const LeafDisc& disc) {
-    constexpr size_t kMost = 256;
-    const uint32_t leaf = disc.leaf;
-    const auto turned = [&](uint32_t corner) {
-        const glm::vec3 x(surface.at[corner] - disc.centre);
-        return glm::vec3(glm::dot(disc.frame.t1, x), glm::dot(disc.frame.t2, x), glm::dot(disc.frame.n, x)) /
-               disc.radius;  // of order 1: squares stay in range
+// Of order 1: squares stay in range.
+glm::vec3 InUnitsOf(const LeafDisc& disc, const glm::dvec3& at) {
+    const glm::vec3 x(at - disc.centre);
+    return glm::vec3(glm::dot(disc.frame.t1, x), glm::dot(disc.frame.t2, x), glm::dot(disc.frame.n, x)) /
+           disc.radius;
+}
+
+// Bound on the distance of the disc's points from the faces about some corners (of more than kMost, the first
+// ones).
+constexpr size_t kMostNearFaces = 256;
+HWY_NOINLINE float FacesError(const Surface& surface, const LeafDisc& disc,
+                              std::span<const uint32_t> corners) {
+    const auto is_before = [&](uint32_t corner, size_t n) {
+        return std::find(corners.begin(), corners.begin() + ptrdiff_t(n), corner) !=
+               corners.begin() + ptrdiff_t(n);
     };
-    uint32_t pivots[kMost] = {leaf};
-    size_t count = 1;
-    const auto is_among = [&](uint32_t corner, size_t first) {
-        return std::find(pivots, pivots + first, corner) != pivots + first;
-    };
-    for (uint32_t k = surface.fan_begin[leaf]; k < surface.fan_begin[leaf + 1]; ++k)
-        for (const uint32_t corner : {surface.fan[k].x, surface.fan[k].y})
-            if (count < kMost && !is_among(corner, count) && glm::length(turned(corner)) < 2)
-                pivots[count++] = corner;
-    MeasuredTriangle face[kMost];
+    MeasuredTriangle face[kMostNearFaces];
     size_t taken = 0;
-    for (size_t n = 0; n < count; ++n)
-        for (uint32_t k = surface.fan_begin[pivots[n]]; k < surface.fan_begin[pivots[n] + 1] && taken < kMost;
-             ++k) {
+    for (size_t n = 0; n < corners.size(); ++n)
+        for (uint32_t k = surface.fan_begin[corners[n]];
+             k < surface.fan_begin[corners[n] + 1] && taken < kMostNearFaces; ++k) {
             const glm::u32vec2 others = surface.fan[k];
-            if (is_among(others.x, n) || is_among(others.y, n)) continue;
-            face[taken++] = {turned(pivots[n]), turned(others.x), turned(others.y)};
+            if (is_before(others.x, n) || is_before(others.y, n)) continue;
+            face[taken++] = {InUnitsOf(disc, surface.at[corners[n]]), InUnitsOf(disc, surface.at[others.x]),
+                             InUnitsOf(disc, surface.at[others.y])};
         }
     const auto square_of = [&](size_t k, auto x, auto y) { return face[k].square_from(Sectors(), x, y); };
     const auto error = [](size_t) { return 0.0f; };
     return disc.radius * Cells(1.0f, taken, square_of, error).fine_bound(kErrorOfRadius[disc.flatness][0]);
+}
+
+// From those about the leaf and about its neighbours that are not far from the disc.
+float NearFacesError(const Surface& surface, const LeafDisc& disc) {
+    const uint32_t leaf = disc.leaf;
+    uint32_t pivots[kMostNearFaces] = {leaf};
+    size_t count = 1;
+    for (uint32_t k = surface.fan_begin[leaf]; k < surface.fan_begin[leaf + 1]; ++k)
+        for (const uint32_t corner : {surface.fan[k].x, surface.fan[k].y})
+            if (count < kMostNearFaces && std::find(pivots, pivots + count, corner) == pivots + count &&
+                glm::length(InUnitsOf(disc, surface.at[corner])) < 2)
+                pivots[count++] = corner;
+    return FacesError(surface, disc, {pivots, count});
 }
 
 // By a patch of its own.
@@ -669,10 +680,15 @@ HWY_AFTER_NAMESPACE();
 namespace splat {
 
 HWY_EXPORT(LeafErrors);
+HWY_EXPORT(FacesError);
 HWY_EXPORT(TriangleError);
 
 void leaf_errors(Surface& surface, std::span<const LeafDisc> discs, uint32_t& now, std::span<float> errors) {
     HWY_DYNAMIC_DISPATCH(LeafErrors)(surface, discs, now, errors.data());
+}
+
+float faces_error(const Surface& surface, const LeafDisc& disc, std::span<const uint32_t> leaves) {
+    return HWY_DYNAMIC_DISPATCH(FacesError)(surface, disc, leaves);
 }
 
 float triangle_error(const Surface& surface, const LeafDisc& disc) {
