@@ -314,7 +314,7 @@ layout(location = 0) out float lead;
 
 void main() {
     Fragment f = fragment_within_front();
-    gl_FragDepth = f.t;
+    gl_FragDepth = f.t * f.gain / MOST_GAIN;
     lead = f.w;
 }
 )";

@@ -12,7 +12,7 @@ enum class SplatPass {
     nearest,  // the splat in front, pushed back by its hill: its colour and inverse depth
     front,    // the greatest inverse depth, as depth
     sum,      // weighted normals and colours of what is within R of the front
-    lead      // of that, the inverse depth of the splat of largest t
+    lead      // of that, the inverse depth of the splat of largest weight
 };
 
 // All that the text of the shaders depends on.

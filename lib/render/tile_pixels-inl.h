@@ -71,7 +71,7 @@ struct Nearest {
 
 // Splats within R of depth of the nearest so far are blended with weight t times their gain; what is nearer
 // by more starts the pixel afresh, what is farther by more is left out.  Depends on the order.  The depth is
-// that of the splat of largest t and not a mean: a point between two sheets is on neither.
+// that of the splat of largest weight and not a mean: a point between two sheets is on neither.
 template <bool kNormals, bool kColours>
 struct Blend {
     enum Plane { kFront, kWeight, kLargest, kDepth, kPayload };
@@ -98,12 +98,12 @@ struct Blend {
         const V nearer_by = hn::Sub(f.order, front);
         const M afresh = hn::And(f.inside, hn::Gt(nearer_by, f.push));
         const M counts = hn::And(f.inside, hn::Ge(nearer_by, hn::Neg(f.push)));
-        const V t = hn::IfThenElseZero(counts, f.t), weight = hn::Mul(t, f.gain);
+        const V weight = hn::IfThenElseZero(counts, hn::Mul(f.t, f.gain));
         hn::Store(hn::IfThenElse(counts, hn::Max(f.order, front), front), d, at + kFront * kBlockPixels);
         add(afresh, weight, at + kWeight * kBlockPixels);
         const V largest = hn::IfThenZeroElse(afresh, hn::Load(d, at + kLargest * kBlockPixels));
-        const M leads = hn::And(counts, hn::Or(afresh, hn::Gt(t, largest)));
-        hn::Store(hn::Max(largest, t), d, at + kLargest * kBlockPixels);
+        const M leads = hn::And(counts, hn::Or(afresh, hn::Gt(weight, largest)));
+        hn::Store(hn::Max(largest, weight), d, at + kLargest * kBlockPixels);
         hn::Store(hn::IfThenElse(leads, f.w, hn::Load(d, at + kDepth * kBlockPixels)), d,
                   at + kDepth * kBlockPixels);
         if constexpr (kNormals) {

@@ -118,7 +118,7 @@ render::Frame draw_in_two_passes(const Splats& splats) {
         Pixel& pixel = pixel_at(x, y);
         if (f.order < pixel.front - f.push) return;
         const double weight = f.t * f.gain;
-        if (f.t > pixel.largest) pixel.largest = f.t, pixel.lead = f.w;
+        if (weight > pixel.largest) pixel.largest = weight, pixel.lead = f.w;
         pixel.weight += weight;
         pixel.normal += weight * glm::dvec3(f.normal);
         pixel.colour += weight * glm::dvec3(f.colour & 255u, f.colour >> 8 & 255u, f.colour >> 16 & 255u);

@@ -325,6 +325,21 @@ TEST(Splatter, HidesWhatLiesBehindByMoreThanARadius) {
     }
 }
 
+// A small splat within the radius of a large one, which is behind it and has its middle there: what counts
+// for the colour counts for the depth.
+TEST(Splatter, ShowsTheDepthOfTheSplatThatItShows) {
+    const geom::View view = view_of(64, 64, 100);
+    const Splat large{{0.015f, 0.015f, 3}, 1, {0, 0, -1}, 0.1f, 0xff0000},
+        small{{0.0145f, 0.0125f, 2.5f}, 0.01f, {0, 0, -1}, 0.1f, 0x0000ff};
+    for (const bool is_first : {true, false}) {
+        const std::vector<Splat> splats = is_first ? std::vector{small, large} : std::vector{large, small};
+        const Frame frame = draw(view, {SplatKind::smooth, {Shade::flat}, true}, splats);
+        const size_t middle = 32 * 64 + 32;
+        EXPECT_GT(frame.rgb[3 * middle], 245);
+        EXPECT_NEAR(frame.depth[middle], 2.5, 1e-3) << (is_first ? "small first" : "large first");
+    }
+}
+
 std::vector<Splat> random_scene(size_t count, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> unit(0, 1);
