@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "core/stopwatch.h"
+#include "scene/seen_error.h"
 #include "splat/walk.h"
 
 namespace scene {
@@ -41,14 +42,15 @@ std::vector<geom::Sphere> outline_of(std::span<const PlacedModel> models) {
 }
 
 ModelPainter::ModelPainter(const std::vector<PlacedModel>& models, Painter painter)
-    : unit_(0), painter_(std::move(painter)), prover_(dynamic_cast<render::Splatter*>(painter_.get())) {
+    : painter_(std::move(painter)), prover_(dynamic_cast<render::Splatter*>(painter_.get())) {
     for (const PlacedModel& placed : models) {
         const splat::Header& header = placed.model->header();
         const double scale = header.scale * placed.world_from_model.scale;
         parts_.push_back({placed, std::make_unique<splat::Cut>(*placed.model), scale});
-        unit_ = std::max(unit_, scale);
+        largest_ = std::max(largest_, scale);
         has_colour_ = has_colour_ || header.flags & (splat::kHasColour | splat::kConstantColour);
     }
+    unit_ = largest_;
 }
 
 template <class Body>
@@ -75,12 +77,26 @@ render::SplatterOptions ModelPainter::splatter_options(const DrawOptions& option
 
 void ModelPainter::begin(const geom::View& view, const DrawOptions& options) {
     task_count_ = 0;
+    unit_ = unit_for(view);
     for (Part& part : parts_) {
         part.first_task = task_count_;
         task_count_ += part.cut->begin(geom::view_in(part.placed.world_from_model, view), options.cut,
                                        part.scale / unit_);
     }
     painter_->begin(view, splatter_options(options), task_count_);
+}
+
+// The splatter tells cores from covers by their depths, which are right up to 6e4 units.
+double ModelPainter::unit_for(const geom::View& view) const {
+    constexpr double kFarthest = 0x1p15;
+    double unit = largest_;
+    for (const Part& part : parts_) {
+        const geom::Sphere bounds = part.placed.bounds();
+        const double farthest = glm::dot(bounds.centre - view.eye, view.forward) + bounds.radius;
+        // By powers of two: they change no bit of a picture.
+        while (farthest > kFarthest * unit) unit *= 2;
+    }
+    return unit;
 }
 
 // Shows the map the models' next levels, and looks at their nodes.
@@ -152,6 +168,8 @@ DrawReport ModelPainter::draw(const geom::View& view, const DrawOptions& options
     // The bound is that of the ellipsoids.  A square or a disc that faces the screen reaches beyond its own.
     if (options.kind == render::SplatKind::square || options.kind == render::SplatKind::circle)
         done.counts.error_bound_px = std::numeric_limits<double>::infinity();
+    else if (options.look.samples_across == 1)
+        done.counts.error_bound_px = seen_error_px(done.counts, unit_, view, frame);
     return done;
 }
 

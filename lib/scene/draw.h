@@ -36,8 +36,8 @@ struct DrawOptions {
 
 // What a frame cost.
 struct DrawReport {
-    // Sums over the models; error_bound_px: the largest, infinity for squares and circles, which leave the
-    // ellipsoids.
+    // Sums over the models; error_bound_px: the largest of what can be seen (of what was drawn, where a pixel
+    // has several samples), infinity for squares and circles, which leave the ellipsoids.
     splat::CutCounts counts;
     uint64_t bytes_touched = 0;  // the blocks' size
     uint64_t model_blocks = 0, model_blocks_present = 0;
@@ -106,6 +106,7 @@ class ModelPainter {
     };
 
     void begin(const geom::View& view, const DrawOptions& options);
+    double unit_for(const geom::View& view) const;
     bool may_have_triangles(const DrawOptions& options) const;
     // What outlining came to, of all models.
     splat::Cut::Sifted outline();
@@ -119,7 +120,8 @@ class ModelPainter {
     void for_tasks(const Body& body);
 
     std::vector<Part> parts_;
-    double unit_;  // world units in a unit of the splats: that of the largest model
+    double largest_ = 0;  // world units in a unit of the largest model
+    double unit_ = 0;     // in one of the splats: as many, or more where the models are very far away
     bool has_colour_ = false;
     size_t task_count_ = 0;
     Painter painter_;

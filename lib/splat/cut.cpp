@@ -15,6 +15,21 @@ void CutCounts::add(const CutCounts& o) {
         groups_missing += o.groups_missing;
     side_tests += o.side_tests, side_test_level = std::max(side_test_level, o.side_test_level);
     error_bound_px = std::max(error_bound_px, o.error_bound_px);
+    other_error_px = std::max(other_error_px, o.other_error_px);
+    largest.add(o.largest);
+}
+
+void LargestErrors::add(const Splat& splat) {
+    if (!(splat.error_px > least_px_)) return;
+    const auto less = [](const Splat& a, const Splat& b) { return a.error_px < b.error_px; };
+    const auto end = splats_.begin() + ptrdiff_t(count_);
+    *(count_ < kMost ? splats_.begin() + ptrdiff_t(count_++) : std::min_element(splats_.begin(), end, less)) =
+        splat;
+    if (count_ == kMost) least_px_ = std::min_element(splats_.begin(), splats_.end(), less)->error_px;
+}
+
+void LargestErrors::add(const LargestErrors& others) {
+    for (const Splat& splat : others.splats()) add(splat);
 }
 
 Cut::Cut(const Model& model) : state_(std::make_unique<State>(model)) {}
@@ -58,7 +73,7 @@ Cut::Sifted Cut::sift(size_t task, geom::OcclusionMap& map) {
 }
 
 void Cut::run(size_t task, const Sink& sink, geom::OcclusionMap* map, const TriangleSink& triangles) {
-    CutCounts c;
+    CutCounts c = state_->begin_counts();
     if (task == 0) {
         for (const geom::SplatBatch& batch : state_->top_batches) sink(batch);
         for (const geom::TriangleBatch& batch : state_->top_triangles) triangles(batch);

@@ -25,11 +25,13 @@
 // task come in a fixed order, whatever the number of threads.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "geom/camera.h"
@@ -73,6 +75,31 @@ struct CutPlan {
     ColourFrom colour = ColourFrom::nowhere;
 };
 
+// Those drawn splats whose errors are the largest beyond the threshold: leaves, and nodes whose children are
+// not there.  Which of them can be seen is known when the frame is drawn.
+class LargestErrors {
+  public:
+    struct Splat {
+        glm::vec3 centre;  // in view space, in the splats' unit
+        float radius;      // likewise
+        float error_px;    // projected bound on its error; infinity with the eye inside
+    };
+    static constexpr size_t kMost = 32;
+
+    LargestErrors() = default;
+    explicit LargestErrors(float least_px) : least_px_(least_px) {}
+    // No splat with an error up to this is kept: that of the least, once there are kMost.
+    float least_px() const { return least_px_; }
+    void add(const Splat& splat);
+    void add(const LargestErrors& others);
+    std::span<const Splat> splats() const { return {splats_.data(), count_}; }
+
+  private:
+    float least_px_ = 0;
+    size_t count_ = 0;
+    std::array<Splat, kMost> splats_;
+};
+
 struct CutCounts {
     uint64_t nodes_visited = 0, frustum_culled = 0, backface_culled = 0, splats = 0;
     uint64_t occlusion_culled = 0;
@@ -83,8 +110,10 @@ struct CutCounts {
     uint64_t blocks_touched = 0;
     uint64_t closed = 0;          // of the splats, nodes that a smaller threshold would open
     uint64_t groups_missing = 0;  // child groups, and triangles, that were wanted and are not there
-    double error_bound_px =
-        0;  // no drawn point is further from the surface; infinity with the eye inside a splat
+    // No drawn point is further from the surface; infinity with the eye inside a splat.
+    double error_bound_px = 0;
+    LargestErrors largest;      // of those of splats that are beyond the threshold
+    double other_error_px = 0;  // the bound but for all of these
     void add(const CutCounts& o);
 };
 

@@ -139,6 +139,17 @@ HWY_INLINE U DecodeColour(U v) {
     return hn::Or(r, hn::Or(hn::ShiftLeft<8>(g), hn::ShiftLeft<16>(b)));
 }
 
+// Of the `count` splats behind the batch's last one.
+HWY_NOINLINE void NoteLargest(V error_px, const geom::SplatBatch& batch, size_t count, CutCounts& counts) {
+    alignas(64) float error[kMaxLanes];
+    hn::Store(error_px, D(), error);
+    for (size_t k = 0; k < count; ++k) {
+        const size_t i = size_t(batch.count) + k;
+        counts.error_bound_px = std::max(counts.error_bound_px, double(error[k]));
+        counts.largest.add({{batch.x[i], batch.y[i], batch.z[i]}, batch.radius[i], error[k]});
+    }
+}
+
 void CutGroups(std::span<const Opening> parents, const BlockView& block, const CutView& view, Chunk& chunk,
                geom::SplatBatch& batch, CutCounts& counts) {
     const D d;
@@ -148,7 +159,8 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
     chunk.open_count = chunk.triangle_count = 0;
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     const M no_lane = hn::Lt(zero, zero);
-    V error_px = zero;  // of what is drawn
+    V other_px = zero;  // errors of what is drawn, but for those beyond the threshold
+    const V beyond_px = hn::Set(d, view.beyond_px());
     for (int first = 0; first < chunk.count; first += int(hn::Lanes(d))) {
         const auto i = size_t(first);
         const M valid = hn::FirstN(d, size_t(chunk.count - first));
@@ -281,14 +293,15 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
                 chunk.triangle_count += uint32_t(hn::CountTrue(d, found));
                 const V rounding = hn::Set(d, view.rounding * view.focal);
                 const V off = hn::IfThenElse(hn::Gt(nearest, zero), hn::Div(rounding, nearest), hn::Inf(d));
-                error_px = hn::Max(error_px, hn::IfThenElseZero(found, off));
+                other_px = hn::Max(other_px, hn::IfThenElseZero(found, off));
                 drawn = hn::AndNot(found, drawn);
                 if (hn::AllFalse(d, drawn)) continue;
             }
         }
         counts.groups_missing += hn::CountTrue(d, hn::And(is_parent, hn::AndNot(small, drawn)));
         const V safe = hn::IfThenElse(hn::Gt(nearest, zero), hn::Div(error, nearest), hn::Inf(d));
-        error_px = hn::Max(error_px, hn::IfThenElseZero(drawn, safe));
+        const M is_beyond = hn::And(drawn, hn::Gt(safe, beyond_px));
+        other_px = hn::Max(other_px, hn::IfThenElseZero(hn::AndNot(is_beyond, drawn), safe));
         const int to = batch.count;
         // What stands for surface on several sides is shown from the side it is seen from.
         const M many_sided =
@@ -330,12 +343,15 @@ void CutGroups(std::span<const Opening> parents, const BlockView& block, const C
                        du, batch.colour + to);
         else
             hn::StoreU(hn::Set(du, view.colour), du, batch.colour + to);
+        if (!hn::AllFalse(d, hn::And(is_beyond, hn::Gt(safe, hn::Set(d, counts.largest.least_px())))))
+            NoteLargest(hn::Compress(safe, drawn), batch, hn::CountTrue(d, drawn), counts);
         batch.count += int(hn::CountTrue(d, drawn));
         counts.splats += hn::CountTrue(d, drawn);
         counts.closed += hn::CountTrue(d, hn::AndNot(ends, drawn));
     }
     counts.nodes_visited += uint64_t(chunk.count);
-    counts.error_bound_px = std::max(counts.error_bound_px, double(hn::GetLane(hn::MaxOfLanes(d, error_px))));
+    counts.other_error_px = std::max(counts.other_error_px, double(hn::GetLane(hn::MaxOfLanes(d, other_px))));
+    counts.error_bound_px = std::max(counts.error_bound_px, counts.other_error_px);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -34,6 +34,7 @@ struct CutView {
     float near = 0, far = 0;   // depths between which something is drawn
     float limit_error = 0;     // threshold on e f / z
     float limit_diameter = 0;  // threshold on 2 R f / z
+    float beyond_px() const { return by_error ? limit_error : 0; }  // see LargestErrors
     CutPlan plan;
     float limit_triangle = 0;    // on 2 R f / z of leaves
     float rounding = 0;          // of corners, model units

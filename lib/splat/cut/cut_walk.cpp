@@ -156,6 +156,7 @@ std::span<const Opening> Cut::State::first_chunk(std::span<const Opening> nodes)
 // of it is drawn, so that the tasks are the same, and with them the order of the splats.
 void Cut::State::walk_top() {
     top_counts = {};
+    top_counts.largest = LargestErrors(view.beyond_px());
     top_batches.clear();
     top_batch.count = 0;
     top_triangles.clear();

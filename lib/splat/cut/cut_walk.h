@@ -77,6 +77,13 @@ struct Cut::State {
     std::vector<TaskOutlines> outlines;  // by task
     std::vector<WaitingNode> waiting;
 
+    // Of a walk: errors that are among the frame's largest no more need not be kept.
+    CutCounts begin_counts() {
+        const std::scoped_lock lock(mutex);
+        CutCounts c;
+        c.largest = LargestErrors(counts.largest.least_px());
+        return c;
+    }
     // Of all walks of the frame since Cut::begin().
     void add(const CutCounts& c) {
         const std::scoped_lock lock(mutex);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "render/compare.h"
 #include "render/raster.h"
@@ -169,6 +170,22 @@ TEST(Samples, KeepTheMeasuredErrorWithinTheBound) {
         EXPECT_LE(m.measured_error_px, report.counts.error_bound_px + 2e-3);
         EXPECT_EQ(m.difference.holes, 0u);
     }
+}
+
+// With a field of view as small as it is far away the model looks as from before it.
+TEST(Samples, AreAsBrightFromVeryFarAway) {
+    const splat::Model model = build_model(bumpy_torus(60, 160));
+    geom::View view = fitted_view(model);
+    const double distance = glm::dot(model.header().origin - view.eye, view.forward);
+    const auto brightness = [&](double far) {
+        geom::View moved = view;
+        moved.eye -= (far - 1) * distance * view.forward, moved.focal_px *= far;
+        scene::DrawOptions options;
+        options.look.samples_across = 2;
+        const Frame frame = draw({{&model}}, moved, options).frame;
+        return std::accumulate(frame.rgb.begin(), frame.rgb.end(), 0.0);
+    };
+    for (const double far : {1e3, 1e5}) EXPECT_NEAR(brightness(far) / brightness(100), 1, 0.01) << far;
 }
 
 TEST(Alpha, IsThePartOfAPixelThatIsCovered) {
