@@ -233,7 +233,7 @@ void check_stereo(const Arguments& a) {
 void check_look(const Arguments& a) {
     const render::Look look = draw_options(a).look;
     if (look.samples_across > 1 && a.occlusion == "on")
-        throw UsageError("--occlusion on: only with one of --samples");
+        throw UsageError("--occlusion on: only with one sample a pixel, --samples 1");
     if (look.has_alpha() && !a.output.empty() && format_of(a) != render::ImageFormat::png)
         throw UsageError("--background: '" + a.background + "' is transparent, which only PNG can hold");
 }

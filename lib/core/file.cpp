@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "core/descriptor.h"
+#include "core/mapping_watch.h"
 
 namespace core {
 
@@ -47,13 +48,17 @@ static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_alw
 
 constexpr std::array kFatalSignals{SIGINT, SIGTERM, SIGHUP};
 
-extern "C" void remove_temporaries_and_die(int signal) {
+void remove_temporaries() {
     dying = true;
     for (Slot& slot : slots) {
         while (slot.state == Slot::kOpening) {
         }
         if (slot.state == Slot::kArmed) ::unlink(slot.path);
     }
+}
+
+extern "C" void remove_temporaries_and_die(int signal) {
+    remove_temporaries();
     // The signal is blocked until this handler returns; then it kills, as the parent expects.
     std::signal(signal, SIG_DFL);
     std::raise(signal);
@@ -256,6 +261,7 @@ struct InputFile::State {
     State& operator=(const State&) = delete;
     ~State() {
         if (mapped) {
+            forget_mapping(data);
             ::munmap(data, size);
         } else {
             std::free(data);
@@ -292,6 +298,7 @@ InputFile::InputFile(int fd, std::string name, const SizeLimit& limit)
             state_->data = static_cast<std::byte*>(map);
             state_->size = size;
             state_->mapped = true;
+            watch_mapping(state_->data, size, name_, remove_temporaries);
         }
     }
     if (!state_->mapped) {

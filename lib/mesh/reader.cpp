@@ -165,9 +165,10 @@ void settle_bad_vertices(const Source& source, const ReadOptions& options, bool 
     if (first == mesh.positions.end()) return;
     if (!options.skip_bad) {
         const bool is_too_large = is_placed && std::isinf(first->x);
-        throw core::Error(core::text("%s: vertex %td: coordinate is %s (drop it with --skip-bad)",
-                                     source.name.c_str(), first - mesh.positions.begin(),
-                                     is_too_large ? "too large for single precision" : "not finite"));
+        throw core::Error(
+            core::text("%s: vertex %td: coordinate is %s (qs-build and pm-build drop it with --skip-bad)",
+                       source.name.c_str(), first - mesh.positions.begin(),
+                       is_too_large ? "too large for single precision" : "not finite"));
     }
     std::vector<uint32_t> new_index(mesh.positions.size());
     uint32_t kept = 0;

@@ -49,7 +49,7 @@ class TextReader {
     glm::dvec3 point(std::string_view first, const NextWord& next, bool with_bad) const {
         const glm::dvec3 p = three(first, next, "coordinates");
         if (!with_bad && !(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))
-            fail("coordinate is not finite (drop it with --skip-bad)");
+            fail("coordinate is not finite (qs-build and pm-build drop it with --skip-bad)");
         return p;
     }
 
