@@ -142,7 +142,7 @@ std::string to_text(const Explanation& e) {
                        by_error ? "error" : "diameter"));
     if (c.triangles > 0) line("", text("%llu leaves as triangles", number(c.triangles)));
     if (std::isfinite(c.error_bound_px))
-        line("", text("no drawn point is further than %.3g px from the surface", c.error_bound_px));
+        line("", text("no point of the picture is further than %.3g px from the surface", c.error_bound_px));
     line("visits", text("%llu nodes in %llu of %llu blocks", number(c.nodes_visited),
                         number(c.blocks_touched), number(e.frame.draw.model_blocks)));
     line("culls", text("%llu nodes outside of the picture, %llu facing away; with all below them",
