@@ -28,7 +28,7 @@ Header arriving_header(const BlockSource& source) {
         if (!source.has(0, bytes)) throw core::Error(source.name() + ": its header is not there");
         return std::span(source.data(), bytes);
     };
-    return parse_header(head(header_extent(head(kBlocksAt))), source.name());
+    return parse_header(head(header_extent(head(kCodedHeaderSize))), source.name());
 }
 
 std::unique_ptr<CodedFile> arriving_coded_file(const BlockSource& source) {

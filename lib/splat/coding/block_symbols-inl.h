@@ -4,9 +4,9 @@
 // A block is decoded alone, so nothing of its nodes' parents is known but what siblings have in common.  What
 // pays: flatness and error of the node before; of siblings, normals, and heights: they lie on one surface,
 // which the normals tilt.  Left and right are alike, and so are the two directions across: contexts are
-// folded, which halves the tables twice.  What would pay a little more, and was slower by a third, as each
-// symbol waits for one before it: normals by places and the bend of the group (0.03 bytes a vertex), places
-// by those of siblings (0.07).
+// folded, which halves the tables twice.  What would pay a little more, and was slower, as each symbol waits
+// for one before it: normals by places and the bend of the group (0.03 bytes a vertex) and places by those of
+// siblings (0.07) by a third, heights by how much they change about here (0.006) by a tenth.
 //
 // Included once for each SIMD target, by sources that use Highway's foreach_target.h.
 #if defined(QS_SPLAT_BLOCK_SYMBOLS_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -56,11 +56,17 @@ HWY_INLINE int32_t Mirrored(int32_t value, int32_t sign) {
     return (value ^ sign) - sign;
 }
 
-// 0, 1 or 2 by how many of the thresholds |value| reaches, with its sign.
-HWY_INLINE int32_t StepsOf(int32_t value, int32_t first, int32_t second) {
-    const int32_t size = std::abs(value);
-    return Mirrored(2 + SignOf(size - first) + SignOf(size - second), SignOf(value));
-}
+// How much more the surface bends than at the node before, in five classes.  A table: as arithmetic it would
+// be the longest of what a symbol waits for.  Damaged blocks have places across up to 127, so one row more
+// than there are.
+constexpr int32_t kMostBend = 15 * 5 + 15 * 6, kMostBendChange = 2 * kMostBend;
+constexpr auto kBendClasses = [] {
+    std::array<uint8_t, 2 * size_t(kMostBendChange) + 1> classes{};
+    for (int32_t change = -kMostBendChange; change <= kMostBendChange; ++change)
+        classes[size_t(change + kMostBendChange)] =
+            uint8_t((change > -18) + (change > -6) + (change >= 6) + (change >= 18));
+    return classes;
+}();
 
 // A coder has code<lane, kind>(context, symbol): it returns the symbol, which a decoder finds and does not
 // look at. Each lane is a state of its own, of as many bits as all kinds have that use it.
@@ -80,7 +86,6 @@ struct PlacesBefore {
 struct NormalsBefore {
     int32_t normal[2] = {0, 0};
     int32_t along = 0;
-    int32_t ripple = 64;  // 16 times the mean step along, of siblings
     int32_t last_bend = 0;
 };
 
@@ -102,8 +107,9 @@ HWY_INLINE void CodePlaces(Coder& coder, Nodes& nodes, PlacesBefore& before, Run
         before.left_in_group = 1 + coder.template code<kRadiusLane, kGroupSize>(0, nodes.group_size() - 1);
     --before.left_in_group;
     const uint32_t after_leaf = (before.attitude & 7) == 0;
-    before.shape =
-        coder.template code<kShapeLane, kShape>(kShapeContexts[after_leaf][before.shape], run.shape[i]);
+    // Both are looked up before it is known which one is wanted.
+    const uint32_t if_inner = kShapeContexts[0][before.shape], if_leaf = kShapeContexts[1][before.shape];
+    before.shape = coder.template code<kShapeLane, kShape>(after_leaf ? if_leaf : if_inner, run.shape[i]);
     before.attitude = coder.template code<kAttitudeLane, kAttitude>(2 * (before.attitude >> 3) + after_leaf,
                                                                     run.attitude[i]);
     before.radius =
@@ -134,11 +140,11 @@ HWY_INLINE int32_t CodeNormal(Coder& coder, const NormalsBefore& before, bool is
 template <class Coder>
 HWY_INLINE int32_t CodeAlong(Coder& coder, const NormalsBefore& before, bool is_first, int32_t along,
                              int32_t bend) {
-    const int32_t ripple_class = 2 + SignOf(before.ripple - 32) + SignOf(before.ripple - 64);
-    const int32_t context = is_first ? 15 : 5 * ripple_class + StepsOf(bend - before.last_bend, 6, 18) + 2;
+    const uint32_t bend_class = kBendClasses[size_t(bend - before.last_bend + kMostBendChange)];
+    const uint32_t context = is_first ? 5 : bend_class;
     const int32_t from = is_first ? 0 : before.along;
     const uint32_t step = uint32_t(along - from) & 31;
-    return int32_t(coder.template code<kAlongLane, kAlong>(uint32_t(context), step) + uint32_t(from)) & 31;
+    return int32_t(coder.template code<kAlongLane, kAlong>(context, step) + uint32_t(from)) & 31;
 }
 
 template <class Coder>
@@ -150,7 +156,6 @@ HWY_INLINE void CodeNormals(Coder& coder, NormalsBefore& before, RunCodes& run, 
     const int32_t along = CodeAlong(coder, before, is_first, run.along[i], bend);
     run.normal[0][i] = int8_t(u), run.normal[1][i] = int8_t(v), run.along[i] = uint8_t(along);
 
-    if (!is_first) before.ripple += (16 * std::abs(along - before.along) - before.ripple) >> 2;
     before.last_bend = bend, before.along = along;
     before.normal[0] = u, before.normal[1] = v;
 }

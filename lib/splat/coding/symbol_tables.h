@@ -48,14 +48,14 @@ struct SymbolField {
     uint32_t first_context = 0, first_state = 0;  // in all of the tables
 };
 
-// Contexts and states were chosen so that all tables, with two bytes a state, are 64 KiB.
+// Contexts and states were chosen so that all tables, with two bytes a state, fit into 64 KiB.
 inline constexpr std::array<SymbolField, kSymbolKinds> kSymbolFields = [] {
     std::array<SymbolField, kSymbolKinds> fields{{{"structure_and_cone", 1, 7, 8},
                                                   {"flatness_and_error", 16, 32, 9},
                                                   {"structure_and_cone", 8, 32, 9},
                                                   {"sphere", 9, 16, 8},
                                                   {"normal", 17, 31, 8},
-                                                  {"sphere", 16, 32, 9},
+                                                  {"sphere", 6, 32, 9},
                                                   {"colour", 2, 32, 8},
                                                   {"colour", 2, 32, 8},
                                                   {"colour", 1, 32, 8},
