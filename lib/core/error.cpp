@@ -17,4 +17,10 @@ std::string text(const char* format, ...) {
     return result;
 }
 
+std::string wrong_checksum(uint64_t found, uint64_t stored, int digits) {
+    return text("checksum %0*llx, stored is %0*llx; bytes of the file are damaged: copy or build it again",
+                digits, static_cast<unsigned long long>(found), digits,
+                static_cast<unsigned long long>(stored));
+}
+
 }  // namespace core

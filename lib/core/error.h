@@ -3,6 +3,7 @@
 // before it where it is printed.
 #pragma once
 
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
@@ -22,5 +23,9 @@ class UsageError : public std::runtime_error {
 
 // printf into a string.  The C locale is never changed, so numbers have a point.
 [[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...);
+
+// What is wrong with a file's bytes that have another checksum, of so many hexadecimal digits, than is stored
+// beside them, and what to do.
+std::string wrong_checksum(uint64_t found, uint64_t stored, int digits);
 
 }  // namespace core

@@ -195,7 +195,7 @@ int guarded(const std::function<int()>& body) {
         std::fputs(("try '" + settings.program + " --help'\n").c_str(), stderr);
         return 2;
     } catch (const std::bad_alloc&) {
-        say("out of memory");
+        say("out of memory: the machine, or a limit like that of 'ulimit -v', gives no more");
     } catch (const std::exception& error) {
         say(error.what());
     }

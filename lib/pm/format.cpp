@@ -120,7 +120,7 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     uint64_t sum;
     std::memcpy(&sum, bytes.data() + kChecksumAt, sizeof(sum));
     if (const uint64_t found = XXH3_64bits(bytes.data(), kChecksumAt); sum != found)
-        refuse(name, core::text("checksum %016llx, stored is %016llx", number(found), number(sum)));
+        refuse(name, core::wrong_checksum(found, sum, 16));
     if (const auto size = r.take<uint32_t>(); size != kHeaderSize)
         refuse(name, core::text("size %u, version %u has %zu", size, kVersion, kHeaderSize));
     Header h;

@@ -160,9 +160,7 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     uint64_t sum;
     std::memcpy(&sum, bytes.data() + kHeaderChecksumAt, sizeof(sum));
     const uint64_t found = XXH3_64bits(bytes.data(), kHeaderChecksumAt);
-    if (sum != found)
-        refuse(name, core::text("checksum %016llx, stored is %016llx", static_cast<unsigned long long>(found),
-                                static_cast<unsigned long long>(sum)));
+    if (sum != found) refuse(name, core::wrong_checksum(found, sum, 16));
     if (const auto at = r.take<uint32_t>(); at != kBlocksAt)
         refuse(name, core::text("blocks from byte %u on, version %u has them from %zu on; build the model "
                                 "again with qs-build",

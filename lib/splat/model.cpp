@@ -194,7 +194,7 @@ void Model::check_block(uint64_t number) const {
     uint32_t stored;
     std::memcpy(&stored, bytes.data(), sizeof(stored));
     const uint32_t found = block_checksum(bytes, number);
-    if (found != stored) fault(number, core::text("checksum %08x, stored is %08x", found, stored));
+    if (found != stored) fault(number, core::wrong_checksum(found, stored, 8));
     if (number < header_.node_blocks()) check_nodes(number, bytes);
     if (checked(number).exchange(1, std::memory_order_acq_rel) == 0)
         blocks_used_.fetch_add(1, std::memory_order_relaxed);

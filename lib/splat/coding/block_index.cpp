@@ -114,7 +114,7 @@ BlockIndex::Page BlockIndex::open(std::span<const std::byte> file, CodedPlace ru
     std::memcpy(&sum, bytes.data(), sizeof(sum));
     const auto listed = bytes.subspan(kPageHeader);
     const uint32_t found = checksum_of(listed, level, page);
-    if (sum != found) refuse(core::text("checksum %08x, stored is %08x", found, sum));
+    if (sum != found) refuse(core::wrong_checksum(found, sum, 8));
     const Page result{listed.data(), level, entries(level, page), run.offset + size};
     const uint64_t room = run.size - size, listed_size = result.sum_of(result.count, room);
     if (listed_size != room)

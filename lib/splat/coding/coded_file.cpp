@@ -75,9 +75,7 @@ CodedHeader parse_coded_header(std::span<const std::byte> file, const std::strin
     uint64_t sum;
     std::memcpy(&sum, file.data() + sum_at, sizeof(sum));
     const uint64_t found = XXH3_64bits(file.data(), sum_at);
-    if (sum != found)
-        refuse(core::text("checksum %016llx, stored is %016llx", static_cast<unsigned long long>(found),
-                          static_cast<unsigned long long>(sum)));
+    if (sum != found) refuse(core::wrong_checksum(found, sum, 16));
     header.plain = file.subspan(kCodedHeaderSize, kHeaderSize);
     header.tables = file.subspan(kCodedHeaderSize + kHeaderSize, tables_size);
     return header;
@@ -132,7 +130,7 @@ void CodedFile::read(uint64_t number, std::span<std::byte> block) const {
         std::copy(coded.begin(), coded.end(), block.begin());
     else if (!(number < header_.node_blocks() ? codec_.decode(number, coded, tables_, block)
                                               : run_codec_.decode(coded, tables_, block)))
-        fault(number, place, "its coding is damaged");
+        fault(number, place, "its coding is damaged: copy or build the file again");
 }
 
 bool CodedFile::measure(uint64_t number, std::span<double> bits) const {

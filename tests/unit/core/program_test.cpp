@@ -233,7 +233,8 @@ TEST_F(Program, FailuresEndInOneLineAndTheirStatus) {
     EXPECT_EQ(failed.err, "qs-sample: a.ply: line 3: is bad\n");
     EXPECT_EQ(failed.exit_status, 1);
     EXPECT_EQ(thrown(core::UsageError("give one of --a and --b")).exit_status, 2);
-    EXPECT_EQ(thrown(std::bad_alloc()).err, "qs-sample: out of memory\n");
+    EXPECT_EQ(thrown(std::bad_alloc()).err,
+              "qs-sample: out of memory: the machine, or a limit like that of 'ulimit -v', gives no more\n");
     EXPECT_EQ(thrown(std::out_of_range("index 3")).err, "qs-sample: index 3\n");
 }
 
