@@ -22,17 +22,17 @@ def read(*command):
     return subprocess.run([str(word) for word in command], check=True, stdout=subprocess.PIPE).stdout
 
 
-def block_ends(data):
-    """Where each block of a model ends, by number."""
+def block_places(data):
+    """Where each block of a model begins and ends, by number."""
     if data[:8] == b"qs-model":
         size, = struct.unpack_from("<I", data, 16)
-        return list(range(1024 + size, len(data) + 1, size))
+        return [(at, at + size) for at in range(1024, len(data) + 1 - size, size)]
     tables, = struct.unpack_from("<I", data, 12)
     blocks, = struct.unpack_from("<Q", data, 24 + 56)
     levels = 1
     while (blocks - 1) >> 8 * levels:
         levels += 1
-    ends = []
+    places = []
 
     def visit(level, page, at):
         listed = blocks if level == 0 else ((blocks - 1) >> 8 * level) + 1
@@ -44,11 +44,11 @@ def block_ends(data):
                 visit(level - 1, 256 * page + entry, at)
                 at += size
             else:
+                places.append((at, at + size + 1))
                 at += size + 1
-                ends.append(at)
 
     visit(levels - 1, 0, 280 + tables + 8)
-    return ends
+    return places
 
 
 class Measure:
@@ -88,10 +88,10 @@ class Measure:
             read(self.bin / "qs-build", plain, "--compress", "-o", coded, "--quiet")
             vertices = json.loads(read(self.bin / "qs-info", plain, "--json"))["leaves"]
             data = plain.read_bytes()
-            blocks = self.blocks_for(data, block_ends(data))
+            blocks = self.blocks_for(data, [end for _, end in block_places(data)])
             for name, file in (("plain", plain), ("compressed", coded)):
                 file_bytes = file.read_bytes()
-                ends = block_ends(file_bytes)
+                ends = [end for _, end in block_places(file_bytes)]
                 yield f"{name}, {kib} KiB", len(file_bytes) / vertices, [b and ends[b - 1] for b in blocks]
             if kib == 1:
                 xz = [("xz -9 of plain, 1 KiB", len(read("xz", "-9", "-c", plain)) / vertices, None)]
