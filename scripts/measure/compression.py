@@ -103,6 +103,19 @@ class Measure:
                 yield f"Draco points, {bits} bits", out.stat().st_size / vertices, None
 
 
+def measure(bench):
+    """Bytes and decoding for scripts/bench."""
+    coded = bench.out / "compressed.qs"
+    read(bench.program("qs-build"), bench.model(bench.name), "--compress", "-o", coded, "--quiet")
+    made = json.loads(read(bench.program("qs-info"), coded, "--json"))
+    decoded = json.loads(read(bench.program("decode_bench"), coded, 3 if bench.quick else 61))
+    bench.tables.write("compression", "a compressed model, and decoding it on one core",
+                       [{"name": bench.name, "bytes_per_vertex": made["bytes_per_vertex"], **decoded}])
+    bench.goals.add("file, compressed, no colour", "B/vertex", 3.8, 3.0, made["bytes_per_vertex"])
+    bench.goals.add("decoding compressed blocks, one core", "plain B/s", 3e8, 1e9, decoded["median_bytes_per_s"], True,
+                    decoded["best_bytes_per_s"])
+
+
 def main():
     if len(sys.argv) < 3:
         sys.exit(__doc__)

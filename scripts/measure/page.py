@@ -57,6 +57,8 @@ SECTIONS = [
     ("Frames", "The fitted view at leaves and at 1 px of error.", [], ["frames"]),
     ("Cuts", "What is read of a model for a view.", [], ["cut"]),
     ("Building", "All stages, from the mesh in the page cache to the model on disk.", ["build"], ["build", "build-stages"]),
+    ("Compression", "The model as qs-build --compress has it, and how fast its blocks are brought into their plain form.",
+     [], ["compression"]),
     ("The first bytes", "What a prefix of a model draws.", ["prefixes"], ["prefixes"]),
     ("Streaming: error against bytes and seconds",
      "The model arrives over a link, from nginx through qs-fetch, whose daemon makes it slow; PSNR is that of the whole frame "

@@ -1,6 +1,6 @@
-// How fast the blocks of a compressed model are brought into their plain form: plain megabytes a second on
-// one core (processor time), index and checksum included, as the best and the median of many runs over all of
-// its blocks.
+// How fast the blocks of a compressed model are brought into their plain form: plain bytes a second on one
+// core (processor time), index and checksum included, as the best and the median of many runs over all of its
+// blocks, in JSON.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -53,10 +53,12 @@ int main(int argc, char** argv) {
             if (run > 0) seconds.push_back(s);  // the first brings the file into memory
         }
         std::sort(seconds.begin(), seconds.end());
-        const double mb = double(file.header().block_count) * double(block.size()) / 1e6;
-        std::printf("%s: %d runs, %.1f MB plain, best %.0f MB/s, median %.0f MB/s, %llu faults\n", argv[1],
-                    runs, mb, mb / seconds.front(), mb / seconds[seconds.size() / 2],
-                    static_cast<unsigned long long>(faults));
+        const double plain_bytes = double(file.header().block_count) * double(block.size());
+        std::printf(
+            "{\"runs\":%d,\"plain_bytes\":%.0f,\"best_bytes_per_s\":%.0f,\"median_bytes_per_s\":%.0f,"
+            "\"faults\":%llu}\n",
+            runs, plain_bytes, plain_bytes / seconds.front(), plain_bytes / seconds[seconds.size() / 2],
+            static_cast<unsigned long long>(faults));
         return faults > 0;
     } catch (const core::Error& error) {
         std::fprintf(stderr, "decode_bench: %s\n", error.what());

@@ -1,4 +1,4 @@
-# size 1100,950: what a picture's error costs, PSNR
+# size 1100,475 for two names: what a picture's error costs, PSNR
 set datafile separator ','
 set grid
 set logscale x 2
@@ -12,7 +12,7 @@ colour(kind) = strstrt(kind, 'by diameter') ? (strstrt(kind, 'square') ? 1 : 2) 
     strstrt(kind, 'ellipse') ? 7 : 6
 dash(kind) = strstrt(kind, 'osmesa') || strstrt(kind, 'egl') ? 2 : 1
 subjects = system("cut -d, -f1 '".folder."/error-against-time.csv' | tail -n +2 | uniq")
-set multiplot layout 2, 2
+set multiplot layout (words(subjects) + 1) / 2, 2
 do for [model in subjects] {
     set title model.', fit, thresholds of 16 to 0.25 px'
     plot for [kind in kinds] folder.'/error-against-time.csv' skip 1 \
