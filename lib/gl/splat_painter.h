@@ -3,8 +3,8 @@
 // The splats are sent as they come, projected by the vertex shader, and drawn as points of the size of their
 // outlines' boxes, or as rectangles where they are too large for that or reach towards the eye's plane; the
 // fragment shader decides each pixel.  `square`, `circle` and `ellipse` take one pass with a depth test;
-// `smooth` takes three: the greatest inverse depth of each pixel, sums over what is within R of it, and the
-// inverse depth of what weighs most there; then all pixels are shaded at once.
+// `smooth` takes three: the greatest inverse depth of each pixel, sums over what is within its push of it,
+// and the inverse depth of what weighs most there; then all pixels are shaded at once.
 //
 // Triangles are drawn before; a splat's fragment that lies behind one is left out.
 //

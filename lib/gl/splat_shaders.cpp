@@ -134,9 +134,12 @@ void main() {
     Outline o = is_aligned ? aligned_outline(inverse_z, radius_px)
                            : ellipsoid_outline(t, inverse_z, r, radius_px, facing.xyz, flatness);
     vec2 centre = t * focal + principal + o.shift;
-    float along_ray = r / sqrt(1.0 + dot(t, t));
+    float along_ray = r / sqrt(1.0 + dot(t, t)), push = is_aligned ? 0.0 : inverse_z * (along_ray / (1.0 + along_ray));
+#if IS_BLENDED
+    push *= min(1.0, (REACH + REACH_BY_FLATNESS * flatness) * sqrt(1.0 + dot(t, t)) / max(abs(dot(facing.xyz, vec3(t, 1))), 1.0e-6));
+#endif
     middle = centre - origin;
-    form = vec4(o.form, is_aligned ? 0.0 : inverse_z * (along_ray / (1.0 + along_ray)));
+    form = vec4(o.form, push);
     depth = o.depth;
     core = o.core;
     normal = facing.xyz;
@@ -358,7 +361,10 @@ std::string heading(const SplatVariant& v) {
                        int(v.has_triangles));
     text += core::text("#define EDGE %.9g\n#define GROWTH %.9g\n#define MIN_FLATNESS %.9g\n",
                        double(render::kEdge), double(render::kGrowth), double(render::kMinFlatness));
-    text += core::text("#define MOST_GAIN %.9g\n", double(render::kMostGain));
+    text += core::text("#define MOST_GAIN %.9g\n#define IS_BLENDED %d\n", double(render::kMostGain),
+                       int(v.kind == render::SplatKind::smooth));
+    text += core::text("#define REACH %.9g\n#define REACH_BY_FLATNESS %.9g\n", double(render::kReach),
+                       double(render::kReachByFlatness));
     const bool has_cores = v.kind == render::SplatKind::ellipse || v.kind == render::SplatKind::smooth;
     const double flatness = double(render::kCoreFlatness);
     text += core::text("#define HAS_CORES %d\n#define CORE_EDGE %.9g\n#define CORE_THINNED %.9g\n",

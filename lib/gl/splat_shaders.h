@@ -11,7 +11,7 @@ namespace gl {
 enum class SplatPass {
     nearest,  // the splat in front, pushed back by its hill: its colour and inverse depth
     front,    // the greatest inverse depth, as depth
-    sum,      // weighted normals and colours of what is within R of the front
+    sum,      // weighted normals and colours of what is within its push of the front
     lead      // of that, the inverse depth of the splat of largest weight
 };
 

@@ -104,6 +104,15 @@ HWY_INLINE size_t write_records(const V (&fields)[16], Visible visible, SplatRec
 #endif
 }
 
+// See kReach.  length: of (tx, ty, 1).
+HWY_INLINE V reach_of(V tx, V ty, V length, V nx, V ny, V nz, V flatness) {
+    const F d;
+    const V along_normal = hn::Abs(hn::Add(hn::Add(hn::Mul(nx, tx), hn::Mul(ny, ty)), nz));
+    const V reach = hn::Add(hn::Set(d, kReach), hn::Mul(hn::Set(d, kReachByFlatness), flatness));
+    return hn::Min(hn::Set(d, 1.0f),
+                   hn::Div(hn::Mul(reach, length), hn::Max(along_normal, hn::Set(d, 1.0e-6f))));
+}
+
 size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t count,
                      const uint32_t* colours, SplatRecord* out, std::vector<NearSplat>& near_splats) {
     const F d;
@@ -157,9 +166,10 @@ size_t set_up_splats(const SetupParams& params, const SplatChunk& chunk, size_t 
         // 1/z - 1/(z + R cos): R along the ray, which off the axis is less of depth.  A push of 0 makes the
         // aligned kinds a plain depth test.
         const V tx = demote(txd), ty = demote(tyd), one = hn::Set(d, 1.0f);
-        const V along_ray = hn::Div(r, hn::Sqrt(hn::Add(one, hn::Add(hn::Mul(tx, tx), hn::Mul(ty, ty)))));
-        const V push =
-            aligned ? hn::Zero(d) : hn::Mul(inverse_z, hn::Div(along_ray, hn::Add(one, along_ray)));
+        const V length = hn::Sqrt(hn::Add(one, hn::Add(hn::Mul(tx, tx), hn::Mul(ty, ty))));
+        const V along_ray = hn::Div(r, length);
+        V push = aligned ? hn::Zero(d) : hn::Mul(inverse_z, hn::Div(along_ray, hn::Add(one, along_ray)));
+        if (blended) push = hn::Mul(push, reach_of(tx, ty, length, nx, ny, nz, flatness));
         const V fields[16] = {hn::BitCast(d, pack_pixels(xs.first, ys.first)),
                               hn::BitCast(d, pack_pixels(xs.last, ys.last)),
                               offset_px(xs.first, projected_x, o.centre_dx, principal.x),

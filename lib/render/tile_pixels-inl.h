@@ -69,7 +69,7 @@ struct Nearest {
     }
 };
 
-// Splats within R of depth of the nearest so far are blended with weight t times their gain; what is nearer
+// Splats within their push of the nearest so far are blended with weight t times their gain; what is nearer
 // by more starts the pixel afresh, what is farther by more is left out.  Depends on the order.  The depth is
 // that of the splat of largest weight and not a mean: a point between two sheets is on neither.
 template <bool kNormals, bool kColours>

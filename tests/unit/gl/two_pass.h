@@ -1,5 +1,5 @@
 // Splats blended by the rule that gl::SplatPainter promises for `smooth`, pixel by pixel in plain code: what
-// is within R of the greatest inverse depth of all splats counts.
+// is within its push of the greatest inverse depth of all splats counts.
 #pragma once
 
 #include <vector>
