@@ -107,6 +107,14 @@ void warn_of_lattice(const std::string& input, const splat::BuildReport& r) {
             number(r.triangles.flattened)));
 }
 
+splat::BuildReport build_with_progress(mesh::Mesh&& mesh, const splat::BuildOptions& options,
+                                       core::OutputFile& out, const std::string& input) {
+    core::Progress progress(
+        "leaves", options.leaf == splat::Leaf::triangle ? mesh.triangles.size() : mesh.positions.size());
+    return splat::build(std::move(mesh), options, out, input,
+                        [&](uint64_t leaves) { progress.update(leaves); });
+}
+
 // Rewrites a model that is there, compressed or plain.
 core::Json recode(core::InputFile file, const std::string& input, bool compress, core::OutputFile& out) {
     const splat::Model model(std::move(file));
@@ -208,7 +216,7 @@ int main(int argc, char** argv) {
             write_qsplat(std::move(read), input, out, read_ms, report);
             return report.commit();
         }
-        const splat::BuildReport built = splat::build(std::move(read.mesh), build_options, out, input);
+        const splat::BuildReport built = build_with_progress(std::move(read.mesh), build_options, out, input);
         out.commit();
         mesh::warn_of_drops(input, read.counts.vertices_dropped, "vertices");
         mesh::warn_of_drops(input, built.vertices_dropped, "vertices");

@@ -154,7 +154,7 @@ void run(const Options& o) {
                                " exclude each other");
     if (wants_cut && o.models.size() > 1) throw core::UsageError("--cut: takes one model, not several");
     if (!wants_cut && !o.output.empty()) throw core::UsageError("--output: needs --cut");
-    core::Report report(o.models, {o.output});
+    core::Report report(o.models, {wants_cut && o.output.empty() ? "-" : o.output});
     if (wants_cut)
         cut(o.models.front(), o, report);
     else

@@ -53,8 +53,9 @@ struct FaceBuckets {
 
 class Builder {
   public:
-    Builder(mesh::Mesh&& mesh, const BuildOptions& options, BuildReport& report)
-        : mesh_(std::move(mesh)), options_(options), report_(report) {}
+    Builder(mesh::Mesh&& mesh, const BuildOptions& options, BuildReport& report,
+            const std::function<void(uint64_t)>& progress)
+        : mesh_(std::move(mesh)), options_(options), report_(report), progress_(progress) {}
 
     void run(core::OutputFile& out) {
         choose_channels();
@@ -521,27 +522,33 @@ class Builder {
     void encode_subtrees() {
         std::vector<FitCounts> counts(model_.subtrees.size());
         boundary_.resize(model_.subtrees.size());
+        std::atomic<uint64_t> leaves_done = 0;
         core::parallel_for(model_.subtrees.size(), [&](size_t s) {
-            if (has_triangles()) {
-                const TriangleSubtree in{s,       subtree_begin_[s], subtree_end(s),
-                                         points_, &*neighbours_,     mesh_.colours};
-                core::ProcessorWatch watch;
-                Surface surface = gather_triangles(in, triangles_, boundary_[s], counts[s].open_fans);
-                counts[s].ms.surface = watch.lap_ms();
-                model_.subtrees[s] = encode_triangles(std::move(surface), gap_sides_[s],
-                                                      !mesh_.colours.empty(), subtree_parent_[s], counts[s]);
-                return;
-            }
-            SubtreeInput in;
-            in.begin = subtree_begin_[s], in.end = subtree_end(s);
-            in.points = points_;
-            in.faces = buckets_.of(s);
-            in.offset = model_offset_, in.inverse_scale = inverse_scale_;
-            in.normals = mesh_.normals, in.colours = mesh_.colours, in.cloud_radii = cloud_radii_;
-            model_.subtrees[s] =
-                encode_subtree(in, gap_sides_[s], subtree_parent_[s], counts[s], boundary_[s]);
+            encode_subtree_at(s, counts[s]);
+            const uint64_t leaves = subtree_end(s) - subtree_begin_[s];
+            if (progress_) progress_(leaves_done += leaves);
         });
         for (const FitCounts& c : counts) report_.fit.add(c);
+    }
+
+    void encode_subtree_at(size_t s, FitCounts& counts) {
+        if (has_triangles()) {
+            const TriangleSubtree in{s,       subtree_begin_[s], subtree_end(s),
+                                     points_, &*neighbours_,     mesh_.colours};
+            core::ProcessorWatch watch;
+            Surface surface = gather_triangles(in, triangles_, boundary_[s], counts.open_fans);
+            counts.ms.surface = watch.lap_ms();
+            model_.subtrees[s] = encode_triangles(std::move(surface), gap_sides_[s], !mesh_.colours.empty(),
+                                                  subtree_parent_[s], counts);
+            return;
+        }
+        SubtreeInput in;
+        in.begin = subtree_begin_[s], in.end = subtree_end(s);
+        in.points = points_;
+        in.faces = buckets_.of(s);
+        in.offset = model_offset_, in.inverse_scale = inverse_scale_;
+        in.normals = mesh_.normals, in.colours = mesh_.colours, in.cloud_radii = cloud_radii_;
+        model_.subtrees[s] = encode_subtree(in, gap_sides_[s], subtree_parent_[s], counts, boundary_[s]);
     }
 
     void set_upper_errors() {
@@ -602,6 +609,7 @@ class Builder {
     mesh::Mesh mesh_;
     const BuildOptions& options_;
     BuildReport& report_;
+    const std::function<void(uint64_t)>& progress_;
     core::Stopwatch watch_;
     std::vector<float> cloud_radii_;
     std::vector<TreePoint> points_;
@@ -642,7 +650,7 @@ constexpr double kLargestScale =
     3e37;  // sums of some coordinates of this size are finite in single precision
 
 BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out,
-                  const std::string& name) {
+                  const std::string& name, const std::function<void(uint64_t)>& progress) {
     BuildReport report;
     if (mesh.positions.empty()) throw core::Error(name + ": has no vertices, so there is nothing to build");
     if (options.leaf == Leaf::triangle && mesh.is_cloud())
@@ -659,7 +667,7 @@ BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFi
         // Symbols are counted before the first block can be written, so the plain model is kept: less than
         // the faces that were just released.
         core::OutputFile plain(core::OutputFile::InMemory{out.name()});
-        Builder(std::move(mesh), options, report).run(plain);
+        Builder(std::move(mesh), options, report, progress).run(plain);
         core::Stopwatch watch;
         const Model model(plain.read_back());
         const CompressedSizes sizes = write_compressed(plain_of(model), out);
@@ -667,7 +675,7 @@ BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFi
         report.channels = channels_of(report.header, sizes);
         report.stage_ms.emplace_back("compress", watch.lap_ms());
     } else {
-        Builder(std::move(mesh), options, report).run(out);
+        Builder(std::move(mesh), options, report, progress).run(out);
         report.file_bytes = report.header.plain_bytes();
         report.channels = channels_of(report.header, report.file_bytes);
     }

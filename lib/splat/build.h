@@ -2,6 +2,7 @@
 // subtrees, lay out the blocks.  Parallel; the same bytes for any number of threads.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -41,9 +42,10 @@ struct BuildReport {
 };
 
 // Writes the model to `out` (not committed).  `mesh` is consumed.  `name` is for messages.
+// progress is told of leaves that are coded, from any thread.
 // Throws core::Error: no vertices, memory limit, triangle leaves of bare points.
 BuildReport build(mesh::Mesh&& mesh, const BuildOptions& options, core::OutputFile& out,
-                  const std::string& name);
+                  const std::string& name, const std::function<void(uint64_t)>& progress = {});
 
 // Bytes that build() needs at its peak for so many vertices and triangles, the mesh itself included.
 uint64_t memory_to_build(uint64_t vertices, uint64_t triangles, Leaf leaf, bool has_colour, bool has_normals);
