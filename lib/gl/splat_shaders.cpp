@@ -134,9 +134,11 @@ void main() {
     Outline o = is_aligned ? aligned_outline(inverse_z, radius_px)
                            : ellipsoid_outline(t, inverse_z, r, radius_px, facing.xyz, flatness);
     vec2 centre = t * focal + principal + o.shift;
-    float along_ray = r / sqrt(1.0 + dot(t, t)), push = is_aligned ? 0.0 : inverse_z * (along_ray / (1.0 + along_ray));
+    float ray_length = sqrt(1.0 + dot(t, t)), along_ray = r / ray_length;
+    float push = is_aligned ? 0.0 : inverse_z * (along_ray / (1.0 + along_ray));
 #if IS_BLENDED
-    push *= min(1.0, (REACH + REACH_BY_FLATNESS * flatness) * sqrt(1.0 + dot(t, t)) / max(abs(dot(facing.xyz, vec3(t, 1))), 1.0e-6));
+    float along_normal = max(abs(dot(facing.xyz, vec3(t, 1))), 1.0e-6);
+    push *= min(1.0, (REACH + REACH_BY_FLATNESS * flatness) * ray_length / along_normal);
 #endif
     middle = centre - origin;
     form = vec4(o.form, push);

@@ -134,8 +134,9 @@ struct Blend {
             nz = hn::Load(d, at + (kPayload + 2) * kBlockPixels);
             const V squares = hn::Add(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)), hn::Mul(nz, nz));
             // Opposite normals may cancel to nothing; the pixel is then left with ambient light.
-            const V inverse = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::Max(squares, hn::Set(d, 1.0e-30f))));
-            nx = hn::Mul(nx, inverse), ny = hn::Mul(ny, inverse), nz = hn::Mul(nz, inverse);
+            // Divided, and not multiplied by an inverse: so a normal along an axis is one again.
+            const V length = hn::Sqrt(hn::Max(squares, hn::Set(d, 1.0e-30f)));
+            nx = hn::Div(nx, length), ny = hn::Div(ny, length), nz = hn::Div(nz, length);
         }
         const V grey = hn::Set(d, kGreyMaterial);
         Rgb<V> material{grey, grey, grey};

@@ -240,9 +240,8 @@ TEST(Splatter, GivesAFacingDiscItsDepthAndColour) {
         EXPECT_NEAR(frame.depth[middle], 4, 1e-5);
         const glm::u8vec3 expected =
             render::shade_point(Shade::lit, {0, 0, -1}, glm::vec3(render::kGreyMaterial));
-        const int slack = kind == SplatKind::smooth ? 1 : 0;  // as in ShadesAsOnePointDoes
-        EXPECT_NEAR(int(frame.rgb[3 * middle]), int(expected.r), slack);
-        EXPECT_NEAR(int(frame.rgb[3 * middle + 1]), int(expected.g), slack);
+        EXPECT_EQ(frame.rgb[3 * middle], expected.r);
+        EXPECT_EQ(frame.rgb[3 * middle + 1], expected.g);
         EXPECT_EQ(frame.rgb[0], 0);
         EXPECT_TRUE(std::isinf(frame.depth[0]));
     }
