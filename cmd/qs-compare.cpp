@@ -161,13 +161,14 @@ core::Json summary(const std::vector<render::NamedDifference>& pictures,
 
 void run(const Options& o) {
     const glm::u8vec3 background = background_of(o);
-    const std::vector<render::PicturePair> pairs = render::pair_pictures(o.a, o.b);
+    const auto [pairs, failures] = render::pair_pictures(o.a, o.b);
     const std::vector<std::string> differences = difference_names(o, pairs);
     std::vector<std::string> inputs;
     for (const render::PicturePair& pair : pairs) inputs.insert(inputs.end(), {pair.a, pair.b});
     check_differences(o, inputs, differences);
     core::Report report(inputs, differences);
     make_folder_of_differences(o);
+    for (const std::string& failure : failures) core::fail(failure);
     const std::vector<render::NamedDifference> pictures = compare_all(pairs, differences, background);
     std::vector<std::string> broken;
     for (const auto& picture : pictures) {
@@ -176,8 +177,12 @@ void run(const Options& o) {
         broken.insert(broken.end(), sentences.begin(), sentences.end());
     }
     report.commit();
-    if (!pictures.empty() && !report.is_standard_output())
-        core::print(o.json ? summary(pictures, broken).dump(2) + "\n" : render::to_text(pictures));
+    if (!pictures.empty() && !report.is_standard_output()) {
+        if (o.json)
+            core::print(summary(pictures, broken).dump(2) + "\n");
+        else if (!core::is_quiet())
+            core::print(render::to_text(pictures));
+    }
     for (const std::string& sentence : broken) core::fail(sentence);
 }
 

@@ -43,6 +43,10 @@ void notice(const std::string& sentence) {
     if (settings.verbose) say(sentence);
 }
 
+bool is_quiet() {
+    return settings.quiet;
+}
+
 void fail(const std::string& sentence) {
     has_failed = true;
     say(sentence);

@@ -18,6 +18,9 @@ namespace core {
 void warn(const std::string& sentence);
 void notice(const std::string& sentence);
 
+// --quiet was given: a table for people is not wanted either.
+bool is_quiet();
+
 // Reports a failed operand ("name: sentence") and makes run() return 1 at the end, so that the
 // other operands are still done.
 void fail(const std::string& sentence);

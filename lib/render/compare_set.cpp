@@ -41,15 +41,16 @@ std::vector<std::string> picture_names(const std::string& folder) {
     return names;
 }
 
-// Every name must be among `present`, the names in `folder`.
-void check_none_missing(const std::vector<std::string>& names, const std::string& other,
-                        const std::vector<std::string>& present, const std::string& folder) {
+// Every name should be among `present`, the names in `folder`.
+void tell_of_missing(const std::vector<std::string>& names, const std::string& other,
+                     const std::vector<std::string>& present, const std::string& folder,
+                     std::vector<std::string>& failures) {
     std::vector<std::string> missing;
     std::set_difference(names.begin(), names.end(), present.begin(), present.end(),
                         std::back_inserter(missing));
     if (missing.empty()) return;
-    throw Error(text("%s: %s is missing, which %s has (%zu of %zu frames missing)", folder.c_str(),
-                     missing[0].c_str(), other.c_str(), missing.size(), names.size()));
+    failures.push_back(text("%s: %s is missing, which %s has (%zu of %zu frames missing)", folder.c_str(),
+                            missing[0].c_str(), other.c_str(), missing.size(), names.size()));
 }
 
 core::Json number(double value) {
@@ -68,21 +69,21 @@ std::string worst_region(const ImageDifference& d) {
 
 }  // namespace
 
-std::vector<PicturePair> pair_pictures(const std::string& a, const std::string& b) {
+PicturePairs pair_pictures(const std::string& a, const std::string& b) {
     if (a == "-" && b == "-") throw UsageError("only one of the two pictures can be standard input");
     const bool folder_a = is_folder(a), folder_b = is_folder(b);
     if (folder_a != folder_b)
         throw UsageError(text("'%s' is a folder and '%s' is not; give two pictures or two folders of frames",
                               (folder_a ? a : b).c_str(), (folder_a ? b : a).c_str()));
-    if (!folder_a) return {{a, a, b}};
+    if (!folder_a) return {{{a, a, b}}, {}};
     const std::vector<std::string> names_a = picture_names(a), names_b = picture_names(b);
-    check_none_missing(names_a, a, names_b, b);
-    check_none_missing(names_b, b, names_a, a);
-    std::vector<PicturePair> pairs;
-    pairs.reserve(names_a.size());
+    PicturePairs found;
+    tell_of_missing(names_a, a, names_b, b, found.failures);
+    tell_of_missing(names_b, b, names_a, a, found.failures);
     for (const std::string& name : names_a)
-        pairs.push_back({name, (fs::path(a) / name).string(), (fs::path(b) / name).string()});
-    return pairs;
+        if (std::binary_search(names_b.begin(), names_b.end(), name))
+            found.pairs.push_back({name, (fs::path(a) / name).string(), (fs::path(b) / name).string()});
+    return found;
 }
 
 std::vector<std::string> broken_limits(const NamedDifference& picture, const DifferenceLimits& limits) {

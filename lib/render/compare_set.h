@@ -18,11 +18,15 @@ struct PicturePair {
     std::string a, b;  // paths
 };
 
+struct PicturePairs {
+    std::vector<PicturePair> pairs;
+    std::vector<std::string> failures;  // a sentence for each folder that lacks frames of the other
+};
+
 // Of two folders, the PNG and PPM files (by extension, in either case) in the order of their names, paired by
 // name; of anything else, the two as they are.  Throws core::UsageError where only one is a folder or both
-// are
-// "-"; core::Error where a folder has no frames, or lacks one that the other has.
-std::vector<PicturePair> pair_pictures(const std::string& a, const std::string& b);
+// are "-"; core::Error where a folder has no frames.
+PicturePairs pair_pictures(const std::string& a, const std::string& b);
 
 struct NamedDifference {
     std::string name;
