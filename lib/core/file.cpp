@@ -387,7 +387,10 @@ OutputFile::OutputFile(const std::string& path)
     if (exists && ::access(path.c_str(), W_OK) != 0) fail_with_errno(name_, "cannot open for writing");
     state_->target = exists ? resolved(path) : path;
     state_->fd.reset(state_->temporary.open(folder_of(state_->target)));
-    if (state_->fd.get() < 0) fail_with_errno(name_, "cannot create a file there");
+    if (state_->fd.get() < 0) {
+        if (errno == ENOENT) throw Error(name_ + ": its folder is missing");
+        fail_with_errno(name_, "cannot create a file there");
+    }
 }
 
 OutputFile::OutputFile(const InMemory& file) : state_(std::make_unique<State>()), name_(file.name) {

@@ -141,19 +141,46 @@ void refuse_wrong_values(const CLI::App& app, int argc, char** argv) {
     }
 }
 
+// "--threshold", of the program and of the subcommand that was named.
+std::vector<std::string> long_options(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : app.get_options())
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const CLI::App* subcommand : app.get_subcommands()) {
+        const std::vector<std::string> own = long_options(*subcommand);
+        names.insert(names.end(), own.begin(), own.end());
+    }
+    return names;
+}
+
+std::string unknown_option(const CLI::App& app, const std::string& argument) {
+    const std::string name = argument.substr(0, argument.find('='));
+    const std::string likely = name.starts_with("--") ? likely_word(name, long_options(app)) : "";
+    return "unknown option '" + name + "'" + (likely.empty() ? "" : "; " + likely + " may be meant");
+}
+
+std::vector<std::string> subcommand_names(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::App* subcommand : app.get_subcommands({})) names.push_back(subcommand->get_name());
+    return names;
+}
+
 std::string sentence_from(const CLI::App& app, const CLI::ParseError& error) {
+    const bool lacks_subcommand = app.get_require_subcommand_min() > 0 && app.get_subcommands().empty();
     // An unknown option says more than the operand that is missing because of it.
     std::vector<std::string> extras = app.remaining(true);
     std::erase(extras, "--");
     if (!extras.empty()) {
-        const bool is_option = extras.front().size() > 1 && extras.front().starts_with("-");
-        return (is_option ? "unknown option '" : "unexpected operand '") + extras.front() + "'";
+        const std::string& first = extras.front();
+        if (first.size() > 1 && first.starts_with("-")) return unknown_option(app, first);
+        if (lacks_subcommand) return is_not(first, subcommand_names(app));
+        return "unexpected operand '" + first + "'";
     }
+    if (lacks_subcommand) return "a subcommand is required: " + one_among(subcommand_names(app));
     std::string sentence = error.what();
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) && sentence.ends_with(" missing"))
         return sentence.substr(0, sentence.find(':')) + ": needs a value";
     std::replace(sentence.begin(), sentence.end(), '\n', ' ');
-    if (sentence == "A subcommand is required") return "a subcommand is required";
     return sentence;
 }
 

@@ -16,8 +16,15 @@ struct Word {
     T value;
 };
 
+// "a, b or c".
+std::string one_among(const std::vector<std::string>& words);
+
 // "'x' is not a, b or c"; there is one word at least.
 std::string is_not(const std::string& word, const std::vector<std::string>& words);
+
+// The word that somebody who wrote `word` is likely to have meant: the first of those that begin with it, or
+// else of those that are fewest changes of a letter away, at most 2.  Empty where there is none.
+std::string likely_word(const std::string& word, const std::vector<std::string>& words);
 
 // For CLI::Option::check().  Another word is refused: "--shade: 'shiny' is not lit, normal, level or flat".
 // No word is empty or has a '|' in it; there is one at least.

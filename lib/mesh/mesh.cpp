@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/file_kind.h"
 #include "mesh/draco.h"
 #include "mesh/obj.h"
 #include "mesh/off.h"
@@ -32,16 +33,23 @@ bool has_extension(const Source& source, std::string_view extension) {
 }
 
 // What is often tried, and is none of the forms that are read; empty for anything else.
-std::string foreign_form(std::string_view text) {
-    constexpr const char* kToPly =
-        ", which is not read; make it PLY first, as 'pdal translate INPUT OUTPUT.ply' does";
-    if (text.starts_with("LASF")) return std::string("a LAS or LAZ cloud of points") + kToPly;
-    if (text.starts_with("ASTM-E57")) return std::string("an E57 cloud of points") + kToPly;
-    if (text.starts_with("qs-model") || text.starts_with("qspmesh"))
-        return "a model already; the mesh or the cloud of points that it was made of is wanted";
-    if (text.starts_with("ObjectType"))
-        return "a MetaImage volume, which ppve-sample draws, and nothing else";
-    return {};
+std::string foreign_form(std::span<const std::byte> bytes) {
+    using enum core::FileKind;
+    const core::FileKind kind = core::file_kind(bytes);
+    if (kind == unknown) return {};
+    const std::string name(core::name_of(kind));
+    switch (kind) {
+        case las:
+        case e57:
+            return name + ", which is not read; make it PLY first, as 'pdal translate INPUT OUTPUT.ply' does";
+        case splat_model:
+        case progressive_mesh:
+            return name + " already; what it was made of is wanted";
+        case volume:
+            return name + ", which ppve-sample draws, and nothing else";
+        default:
+            return name + ", which is neither a mesh nor a cloud of points that is read";
+    }
 }
 
 ReadResult read_source(const Source& source, const ReadOptions& options) {
@@ -59,7 +67,7 @@ ReadResult read_source(const Source& source, const ReadOptions& options) {
     if (has_extension(source, ".off")) return read_off(source, options);
     if (has_extension(source, ".stl") || text.starts_with("solid")) return read_stl(source, options);
     if (is_obj_keyword(first_word(source))) return read_obj(source, options);
-    if (const std::string form = foreign_form(text); !form.empty())
+    if (const std::string form = foreign_form(source.bytes); !form.empty())
         throw core::Error(source.name + ": " + form);
     throw core::Error(source.name + ": header: neither PLY, OBJ, OFF, STL, Draco nor QSplat");
 }

@@ -299,10 +299,11 @@ class PlyReader {
             const uint64_t record_bytes = element.smallest_record_bytes();
             if (record_bytes == 0) continue;
             if (element.count > bytes_left() / record_bytes)
-                fail(core::text("header: element %s has %llu records of %s%llu bytes, %zu bytes are left",
-                                quoted(element.name).c_str(), static_cast<unsigned long long>(element.count),
-                                element.has_list() ? "at least " : "",
-                                static_cast<unsigned long long>(record_bytes), bytes_left()));
+                fail(core::text(
+                    "header: element %s has %llu records of %s%llu bytes, %zu bytes are left (cut off?)",
+                    quoted(element.name).c_str(), static_cast<unsigned long long>(element.count),
+                    element.has_list() ? "at least " : "", static_cast<unsigned long long>(record_bytes),
+                    bytes_left()));
             const Role role = role_of(element);
             if (!element.has_list()) {
                 if (role == Role::vertices) read_plain_vertices(vertices);

@@ -7,6 +7,7 @@
 
 #include "core/bytes.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 
 namespace pm {
 
@@ -108,7 +109,7 @@ bool is_model(std::span<const std::byte> bytes) {
 
 Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
     if (!is_model(bytes))
-        throw core::Error(name + ": not a progressive mesh (its first bytes are not 'qspmesh')");
+        throw core::Error(name + ": " + core::is_not_wanted(bytes, "a progressive mesh", "qspmesh"));
     if (bytes.size() < kHeaderSize)
         throw core::Error(core::text("%s: cut off at byte %zu, the header has %zu", name.c_str(),
                                      bytes.size(), kHeaderSize));

@@ -9,6 +9,7 @@
 
 #include "core/bytes.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "splat/node.h"
 
 namespace splat {
@@ -59,6 +60,14 @@ void check_root(const Header& h, const std::string& name) {
     if (!(h.root_flatness > 0 && h.root_flatness <= 1)) refuse(name, "the root's flatness is not in (0, 1]");
     if (!(h.root_error >= 0 && h.root_error <= 2)) refuse(name, "the root's error is not in [0, 2]");
     if (h.root_cone < -1 || h.root_cone >= kConeCount) refuse(name, "the root's cone is out of range");
+}
+
+[[noreturn]] void refuse_other_kind(std::span<const std::byte> bytes, const std::string& name) {
+    using enum core::FileKind;
+    const core::FileKind kind = core::file_kind(bytes);
+    const bool can_become_one = kind == ply || kind == draco || kind == qsplat_model;
+    throw core::Error(name + ": " + core::is_not_wanted(bytes, "a splat model", {kMagic, sizeof(kMagic)}) +
+                      (can_become_one ? "; qs-build makes one of it" : ""));
 }
 
 void check_gap(std::span<const std::byte> bytes, const std::string& name) {
@@ -142,12 +151,7 @@ Header parse_header(std::span<const std::byte> bytes, const std::string& name) {
                                          name.c_str(), bytes.size()));
         return parse_header(bytes.subspan(kCodedHeaderSize, kHeaderSize), name);
     }
-    if (!is_model(bytes)) {
-        const bool original = bytes.size() >= 6 && std::memcmp(bytes.data(), "QSplat", 6) == 0;
-        throw core::Error(
-            name + (original ? ": a model of the original QSplat program; qs-build makes it one of qs-tools"
-                             : ": not a splat model (its first bytes are not 'qs-model')"));
-    }
+    if (!is_model(bytes)) refuse_other_kind(bytes, name);
     if (bytes.size() < kHeaderSize)
         throw core::Error(core::text("%s: cut off at byte %zu, the header has %zu", name.c_str(),
                                      bytes.size(), kHeaderSize));

@@ -265,8 +265,7 @@ TEST_F(OutputFile, AFullDiskIsReportedWithItsReason) {
 
 TEST_F(OutputFile, RefusalsSayWhichAndWhy) {
     EXPECT_EQ(error_of([] { core::OutputFile("."); }), ".: is a directory");
-    EXPECT_EQ(error_of([] { core::OutputFile("no/such"); }),
-              "no/such: cannot create a file there: No such file or directory");
+    EXPECT_EQ(error_of([] { core::OutputFile("no/such"); }), "no/such: its folder is missing");
     write_text("plain", "");
     EXPECT_EQ(error_of([] { core::OutputFile("plain/file"); }),
               "plain/file: cannot create a file there: Not a directory");

@@ -166,6 +166,10 @@ TEST_F(Program, WhatIsNotANumberInRangeIsAUsageError) {
         {{"--help="}, "--help: takes no value"},
         {{"--no-such"}, "unknown option '--no-such'"},
         {{"-z"}, "unknown option '-z'"},
+        {{"--treshold", "3"}, "unknown option '--treshold'; --threshold may be meant"},
+        {{"--cam=1,2,3"}, "unknown option '--cam'; --camera-position may be meant"},
+        {{"--frums", "3"}, "unknown option '--frums'; --frames may be meant"},
+        {{"--fums"}, "unknown option '--fums'"},
         {{"one", "two"}, "unexpected operand 'two'"},
     };
     for (const auto& [arguments, sentence] : cases) {
@@ -224,6 +228,25 @@ TEST_F(Program, SubcommandsTakeTheCommonOptions) {
         });
         EXPECT_EQ(outcome.out, "-2 3");
         EXPECT_EQ(outcome.err, "");
+    }
+}
+
+TEST_F(Program, AMissingOrUnknownSubcommandIsToldWhatThereIs) {
+    const std::pair<const char*, const char*> cases[] = {
+        {nullptr, "a subcommand is required: orbit, dolly or walk"},
+        {"orbti", "'orbti' is not orbit, dolly or walk"},
+        {"--threds=1", "unknown option '--threds'; --threads may be meant"},
+    };
+    for (const auto& [argument, sentence] : cases) {
+        const Outcome outcome = run_in_child([argument = argument] {
+            core::Program program("qs-sample", "Try subcommands.", "1.2.3");
+            for (const char* name : {"orbit", "dolly", "walk"}) program.options.add_subcommand(name, "Fly");
+            program.options.require_subcommand(1);
+            const char* arguments[] = {"qs-sample", argument, nullptr};
+            return program.run(argument ? 2 : 1, const_cast<char**>(arguments), [] {});
+        });
+        EXPECT_EQ(outcome.err, std::string("qs-sample: ") + sentence + "\ntry 'qs-sample --help'\n");
+        EXPECT_EQ(outcome.exit_status, 2);
     }
 }
 

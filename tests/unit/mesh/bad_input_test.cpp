@@ -57,10 +57,11 @@ const Defect kDefects[] = {
      "header: element 'vertex' has 4000000000 records, too many for the 78 bytes left"},
     {"lying-face-count.off", "line 2: 353535235358 faces in the 81 bytes that are left"},
     {"lying-face-count.ply",
-     "header: element 'face' has 9000000000000000000 records of at least 1 bytes, 78 bytes are left"},
+     "header: element 'face' has 9000000000000000000 records of at least 1 bytes, 78 bytes are left (cut "
+     "off?)"},
     {"lying-vertex-count.off", "line 2: 353535235358 vertices in the 83 bytes that are left"},
     {"lying-vertex-count.ply",
-     "header: element 'vertex' has 4000000000 records of 12 bytes, 138 bytes are left"},
+     "header: element 'vertex' has 4000000000 records of 12 bytes, 138 bytes are left (cut off?)"},
     {"missing-value.ply", "line 11: vertex 0 does not end with its line, as the header's properties would"},
     {"nan.obj", "line 6: coordinate is not finite (qs-build and pm-build drop it with --skip-bad)"},
     {"nan.ply", "vertex 4: coordinate is not finite (qs-build and pm-build drop it with --skip-bad)"},
@@ -114,9 +115,10 @@ TEST(BadMesh, OfAnotherKindIsCalledByItsName) {
         {"ASTM-E57",
          "an E57 cloud of points, which is not read; make it PLY first, as 'pdal translate INPUT OUTPUT.ply' "
          "does"},
-        {"qs-model", "a model already; the mesh or the cloud of points that it was made of is wanted"},
-        {"qspmesh\n", "a model already; the mesh or the cloud of points that it was made of is wanted"},
-        {"ObjectType = Image\n", "a MetaImage volume, which ppve-sample draws, and nothing else"}};
+        {"qs-model", "a splat model already; what it was made of is wanted"},
+        {"qspmesh\n", "a progressive mesh already; what it was made of is wanted"},
+        {"ObjectType = Image\n", "a MetaImage volume, which ppve-sample draws, and nothing else"},
+        {"\x89PNG\r\n", "a PNG picture, which is neither a mesh nor a cloud of points that is read"}};
     for (const auto& [beginning, is] : kKinds) {
         const std::string bytes = beginning + std::string(1000, '\1');
         try {
