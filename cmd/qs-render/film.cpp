@@ -157,6 +157,9 @@ void Film::measure(const geom::View& view, scene::FrameReport& line, const rende
     core::Stopwatch watch;
     line.reference = reference_->measure(view, options_.look, frame);
     line.reference_ms = watch.lap_ms();
+    ++measured_count_;
+    beyond_bound_count_ +=
+        line.reference->measured_error_px > line.draw.counts.error_bound_px + scene::rounding_px(view);
 }
 
 // Of a picture that was refined, the last drawing.
@@ -173,6 +176,7 @@ void Film::write(Picture& picture) {
 
 void Film::count(scene::FrameReport line) {
     ++drawn_count_;
+    empty_count_ += line.draw.counts.splats + line.draw.counts.triangles == 0;
     fastest_ms_ = std::min(fastest_ms_, line.drawing_ms());
     late_count_ += line.budget && line.drawing_ms() > scene::FrameBudget::kTolerance * a_.budget_ms;
     // The default is a wish that small models cannot meet; squares and circles have no bound to hold against
@@ -191,6 +195,15 @@ void Film::finish() {
     if (coarse_count_ > 0)
         core::warn(text("threshold %g px not met in %zu of %zu frames: the model's leaves are coarser",
                         options_.cut.threshold_px, coarse_count_, drawn_count_));
+    if (beyond_bound_count_ > 0)
+        core::warn(text(
+            "%s: errors are above the bound in %zu of %zu drawings: not the mesh that the model was made of",
+            a_.reference.c_str(), beyond_bound_count_, measured_count_));
+    if (empty_count_ > 0 && empty_count_ == drawn_count_ && !stream_)
+        core::warn(
+            "nothing of the model is in any picture, between its near and far: qs-info says where it is "
+            "(origin) "
+            "and how large (scale)");
     if (a_.has_budget()) say_how_budget_was_held();
     if (cut_short_count_ > 0)
         core::warn(

@@ -74,8 +74,9 @@ class Film {
     std::string backend_;
     scene::ModelPainter painter_;
     std::optional<scene::BudgetPainter> budget_painter_;
-    std::array<Picture, 2> pictures_;                             // kept from frame to frame
-    size_t drawn_count_ = 0, coarse_count_ = 0, late_count_ = 0;  // pictures
+    std::array<Picture, 2> pictures_;  // kept from frame to frame
+    size_t drawn_count_ = 0, coarse_count_ = 0, late_count_ = 0, empty_count_ = 0;  // pictures
+    size_t measured_count_ = 0, beyond_bound_count_ = 0;                            // drawings of these
     double fastest_ms_ = std::numeric_limits<double>::infinity();
 };
 

@@ -47,6 +47,10 @@ double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View&
     return *std::max_element(largest.begin(), largest.end());
 }
 
+double rounding_px(const geom::View& view) {
+    return 2e-3 + 1e-6 * view.height + std::ldexp(view.focal_px, -22);
+}
+
 glm::dvec3 point_of_pixel(const geom::View& view, const render::Frame& frame, int x, int y) {
     const double depth = double(frame.depth[size_t(y) * size_t(frame.width) + size_t(x)]);
     const glm::dvec2 principal = view.principal_in_raster();

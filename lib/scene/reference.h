@@ -24,6 +24,10 @@ struct ReferenceMeasures {
 double measured_error_px(const mesh::SurfaceDistance& surface, const geom::View& view,
                          const render::Frame& frame);
 
+// How much a measured error may be above its bound by rounding (frame-report(5)): of the picture's points,
+// and of depths, which are in single precision.
+double rounding_px(const geom::View& view);
+
 // A mesh to hold frames against.  Keeps the mesh, its rasteriser's buffers and a tree of boxes: some 130
 // bytes a triangle.
 class Reference {
