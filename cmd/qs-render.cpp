@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/messages.h"
 #include "core/program.h"
 #include "geom/path.h"
 #include "qs-render/arguments.h"
@@ -37,6 +38,9 @@ Path cameras_of(const Arguments& a, const Models& models) {
             scene::bounds_of(models.placed()),
             a.camera.needs_outline() ? scene::outline_of(models.placed()) : std::vector<geom::Sphere>(),
             a.resolution[0] / a.resolution[1]);
+        std::string line = geom::format_camera(camera);
+        line.pop_back();  // its newline
+        core::notice("camera: " + line);
         const size_t count = std::max<size_t>(1, qs_render::snapshot_times_s(a.streaming.snapshot).size());
         return Path(count, {camera, ""});
     }
